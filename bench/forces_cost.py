@@ -7,8 +7,9 @@ COMMAND is the palpate command of the same build. Three parts, all of them witho
 --calls         a call with 1000 points: from Python, and of that what the compiled part takes (the same call with arrays
                 that need no check), by the time that the thread spent; medians.
 --fields        all fields of the eye's 10160 tets after a few steps, against a step of it: the same.
---instructions  share of a step's instructions that is copying what acted, with nothing asked for, and with reactions and
-                a row of forces.csv, in a small stack that falls and comes to rest, under valgrind's callgrind.
+--instructions  under valgrind's callgrind: share of a step's instructions that is copying what acted, with nothing asked
+                for, and with reactions and a row of forces.csv, in a small stack that falls and comes to rest; and
+                all fields of the eye against the mean of its first 40 steps, with the copies that a frame gets.
 """
 
 import json
@@ -19,10 +20,12 @@ import subprocess
 import sys
 import tempfile
 import time
+import typing
 
 import numpy as np
 
 import palpate
+from palpate._names import Field
 
 STEPS = 40
 ROOT = pathlib.Path(__file__).resolve().parent.parent
@@ -90,11 +93,13 @@ def measure_fields():
         steps.append((time.thread_time_ns() - start) / 1e6)
     step = statistics.mean(steps)
     tets = microseconds(simulation.tissue, 3) / 1000
+    both = microseconds(lambda: simulation.tissue_at_points(simulation.tissue()), 3) / 1000
     points = microseconds(simulation.tissue_at_points, 3) / 1000
     surface = microseconds(simulation.tractions, 3) / 1000
-    print(f"{len(simulation.bodies.tets)} tets: a step {step:.1f} ms (mean of the first 40, {min(steps):.1f} to {max(steps):.1f}); "
-          f"all fields of the tets {tets:.2f} ms ({100 * tets / step:.1f} %), with those of the points {points:.2f} ms "
-          f"({100 * points / step:.1f} %), tractions {surface:.2f} ms ({100 * surface / step:.1f} %)")
+    print(f"{len(simulation.bodies.tets)} tets: a step {step:.1f} ms (mean of the first 40, {min(steps):.1f} to {max(steps):.1f})")
+    for what, time_of in [("all fields of the tets", tets), ("with those of the points", both), ("those of the points alone", points),
+                          ("tractions", surface), ("all of them", both + surface)]:
+        print(f"{time_of:7.2f} ms {100 * time_of / step:5.1f} %  {what}")
 
 
 def inclusive(text, function):
@@ -104,25 +109,40 @@ def inclusive(text, function):
     return max(found, default=0)
 
 
+def traced(command, scene, folder, steps, *flags):
+    """What callgrind counts in a run of a scene, by function, with what it calls."""
+    trace = pathlib.Path(folder) / "trace"
+    subprocess.run(["valgrind", "--tool=callgrind", f"--callgrind-out-file={trace}", command, "run", scene, "--out", f"{folder}/out",
+                    "--no-picture", "--quiet", "--threads", "1", "--steps", str(steps), *flags], check=True, capture_output=True, cwd=folder)
+    return subprocess.run(["callgrind_annotate", "--inclusive=yes", "--threshold=100", "--show-percs=yes", trace],
+                          check=True, capture_output=True, text=True).stdout
+
+
 def count_instructions(command):
     """Shares of the instructions of a step."""
+    command = pathlib.Path(command).resolve()
     with tempfile.TemporaryDirectory() as folder:
         scene = palpate.stacking_scene(8, (5, 5, 1))
         scene["duration"], scene["output"] = 1.0, {"every": 1000}
         file = pathlib.Path(folder) / "scene.json"
         file.write_text(json.dumps(scene))
-        trace = pathlib.Path(folder) / "trace"
-        subprocess.run(["valgrind", "--tool=callgrind", f"--callgrind-out-file={trace}", command, "run", file, "--out",
-                        f"{folder}/out", "--no-picture", "--quiet", "--threads", "1", "--steps", str(STEPS)],
-                       check=True, capture_output=True, cwd=folder)
-        text = subprocess.run(["callgrind_annotate", "--inclusive=yes", "--threshold=100", "--show-percs=yes", trace],
-                              check=True, capture_output=True, text=True).stdout
+        text = traced(command, file, folder, STEPS)
     step = inclusive(text, r"palpate::Simulation::step")
-    print(f"a step: {step / STEPS / 1e6:.2f} million instructions")
+    print(f"a step of the stack: {step / STEPS / 1e6:.2f} million instructions")
     for what, function in [("copying what acted", r"StepForces::take"), ("sums over bodies", r"StepForces::sum_over_bodies"),
                            ("reactions (the command asks for them)", r"Dynamics::holding_forces"),
                            ("fixed axes, without any", r"AxisHolds::\w+"), ("forces.csv, beside the step", r"ForceProbe::forces")]:
         print(f"{100 * inclusive(text, function) / step:7.3f} %  {what}")
+    with tempfile.TemporaryDirectory() as folder:
+        every = 10
+        text = traced(command, ROOT / "scenes/eye.json", folder, STEPS, "--every", str(every),
+                      "--set", f"output.fields={json.dumps(typing.get_args(Field))}")
+    step = inclusive(text, r"palpate::Simulation::step") / STEPS
+    frames = STEPS // every + 1
+    print(f"a step of the eye: {step / 1e6:.1f} million instructions")
+    for what, function in [("all fields of the tets", r"fem::tissue_of_tets"), ("those of the points besides", r"fem::tissue_of_points"),
+                           ("tractions", r"palpate::tractions_of"), ("all of them, with the copies of a frame", r"palpate::field_arrays")]:
+        print(f"{100 * inclusive(text, function) / frames / step:7.2f} %  {what}")
 
 
 if __name__ == "__main__":

@@ -188,9 +188,10 @@ class Simulation {
   /// The same for each point: (n_points), means over the tets around it, weighted by their volumes at rest.
   /// Stress is not averaged over different materials: only tets of the material with the most volume at the
   /// point are used (of equal ones the first). Quantities derived from the stress are derived from its mean.
-  /// O(tets), parallel.
+  /// For callers who need tissue() too, `of_tets` saves computing the strain of the tets again. O(tets),
+  /// parallel.
   [[nodiscard]] TissueState tissue_at_points() const;
-  /// The same from the result of tissue(), for callers who need both.
+  /// The same from the result of tissue(). Throws Error on a different number of rows.
   [[nodiscard]] TissueState tissue_at_points(const TissueState& of_tets) const;
   /// Mass of each point, kg: (n_points).
   [[nodiscard]] std::span<const double> point_masses() const;

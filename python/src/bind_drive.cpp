@@ -182,10 +182,9 @@ void bind_forces_of(Bound& simulation) {
              const Vec3 c = s.idle().center_of_mass(body);
              return Three{c.x, c.y, c.z};
            })
-      .def(
-          "tissue", [](Simulation& s) { return s.tissue(false); }, doc::Simulation_tissue)
-      .def(
-          "tissue_at_points", [](Simulation& s) { return s.tissue(true); }, doc::Simulation_tissue_at_points);
+      .def("tissue", &Simulation::tissue, doc::Simulation_tissue)
+      .def("tissue_at_points", &Simulation::tissue_at_points, nb::arg("of_tets").none() = nb::none(),
+           doc::Simulation_tissue_at_points);
 }
 
 }  // namespace

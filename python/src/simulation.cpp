@@ -170,10 +170,16 @@ ContactForces Simulation::acting_contacts() {
   return forces;
 }
 
-TissueState Simulation::tissue(bool at_points) {
+TissueState Simulation::tissue() {
   const Busy::Use use(busy_, "Simulation.tissue");
   const nanobind::gil_scoped_release release;
-  return at_points ? simulation_->tissue_at_points() : simulation_->tissue();
+  return simulation_->tissue();
+}
+
+TissueState Simulation::tissue_at_points(const TissueState* of_tets) {
+  const Busy::Use use(busy_, "Simulation.tissue_at_points");
+  const nanobind::gil_scoped_release release;
+  return of_tets == nullptr ? simulation_->tissue_at_points() : simulation_->tissue_at_points(*of_tets);
 }
 
 Index Simulation::motion_of(Index body) const {

@@ -60,8 +60,10 @@ class Simulation {
 
   /// The contacts of the last step with their forces, weights in the order of corners of the given mesh.
   ContactForces acting_contacts();
-  /// Strain and stress of the tets, or of the points. Releases Python's lock.
-  TissueState tissue(bool at_points);
+  /// Strain and stress of the tets. Releases Python's lock.
+  TissueState tissue();
+  /// The same of the points, from that of the tets where it is given.
+  TissueState tissue_at_points(const TissueState* of_tets);
   /// The body's motion. Throws Error if it has none.
   [[nodiscard]] Index motion_of(Index body) const;
   /// Of its scene; SI for a model built in code.

@@ -15,20 +15,22 @@ namespace {
 constexpr std::size_t grain = 128;
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
-/// Rows of tets without strain.
+/// Rows of tets without strain, without what find_invariants() adds.
 TissueState rows_at_rest(std::size_t count) {
   TissueState state;
   state.deformation_gradient.assign(count, identity().values);
-  for (auto* tensors : {&state.strain, &state.stress, &state.plastic_strain}) tensors->resize(count);
-  for (auto* numbers : {&state.von_mises, &state.pressure, &state.energy_density}) numbers->resize(count);
-  state.principal_stress.resize(count);
-  state.principal_directions.assign(count, symmetric_eigen({}).vectors);
+  for (auto* tensors : {&state.strain, &state.stress, &state.plastic_strain}) tensors->assign(count, {});
+  state.energy_density.resize(count);
   state.volume_ratio.assign(count, 1.0);
   return state;
 }
 
-/// Computes the results that follow from the stress of rows.
+/// Adds the results that follow from the stress of rows.
 void find_invariants(const parallel::Threads& threads, TissueState& state) {
+  state.von_mises.resize(state.size());
+  state.pressure.resize(state.size());
+  state.principal_stress.assign(state.size(), {});  // assign() writes rows faster than resize()
+  state.principal_directions.assign(state.size(), {});
   parallel::for_chunks(threads, state.size(), grain, [&](std::size_t begin, std::size_t end, std::size_t) {
     for (std::size_t row = begin; row < end; ++row) {
       const SymmetricTensor& stress = state.stress[row];
@@ -137,7 +139,7 @@ struct Around {
 
 }  // namespace
 
-TissueState tissue_of_tets(const parallel::Threads& threads, const Bodies& bodies, const Elements& elements,
+TissueState strain_of_tets(const parallel::Threads& threads, const Bodies& bodies, const Elements& elements,
                            std::span<const Vec3> positions) {
   TissueState state = rows_at_rest(bodies.tets().size());
   const auto put = [&](std::size_t tet, const ElementStress& s) {
@@ -172,6 +174,12 @@ TissueState tissue_of_tets(const parallel::Threads& threads, const Bodies& bodie
     const Index element = elements.smoothing().tets()[t].element;
     put(tet_of(element), stress_of(elements.deformation(element, positions), smoothed[t]));
   });
+  return state;
+}
+
+TissueState tissue_of_tets(const parallel::Threads& threads, const Bodies& bodies, const Elements& elements,
+                           std::span<const Vec3> positions) {
+  TissueState state = strain_of_tets(threads, bodies, elements, positions);
   find_invariants(threads, state);
   return state;
 }

@@ -1,8 +1,8 @@
 #include "scene/field_values.hpp"
 
 #include <cmath>
-#include <cstring>
 #include <optional>
+#include <type_traits>
 #include <utility>
 
 #include <palpate/error.hpp>
@@ -15,10 +15,9 @@ namespace {
 /// The numbers of rows, in memory order.
 template <class Row>
 std::vector<double> numbers(const std::vector<Row>& rows) {
-  static_assert(sizeof(Row) % sizeof(double) == 0);
-  std::vector<double> flat(rows.size() * sizeof(Row) / sizeof(double));
-  if (!flat.empty()) std::memcpy(flat.data(), rows.data(), flat.size() * sizeof(double));
-  return flat;
+  static_assert(sizeof(Row) % sizeof(double) == 0 && std::is_trivially_copyable_v<Row>);
+  const auto* const first = reinterpret_cast<const double*>(rows.data());
+  return {first, first + rows.size() * sizeof(Row) / sizeof(double)};
 }
 
 std::vector<double> of_tissue(const TissueState& state, std::string_view name) {
@@ -44,7 +43,7 @@ class Sources {
     return *tets_;
   }
   const TissueState& points() {
-    if (!points_) points_ = simulation_.tissue_at_points(tets());
+    if (!points_) points_ = tets_ ? simulation_.tissue_at_points(*tets_) : simulation_.tissue_at_points();
     return *points_;
   }
   const SurfaceTractions& surface() {
@@ -85,8 +84,9 @@ FieldArrays field_arrays(const Simulation& simulation, std::span<const std::stri
   Sources sources(simulation);
   for (const std::string& name : names) {
     const FieldInfo& info = field_named(name);
-    arrays.of_points.push_back({&info, sources.at_points(info)});
+    // Tets first: means at points are computed from them.
     if (info.of_tets) arrays.of_tets.push_back({&info, of_tissue(sources.tets(), info.name)});
+    arrays.of_points.push_back({&info, sources.at_points(info)});
   }
   return arrays;
 }

@@ -132,7 +132,9 @@ TissueState Simulation::tissue() const {
 }
 
 TissueState Simulation::tissue_at_points() const {
-  return tissue_at_points(tissue());
+  const State& s = *state_;
+  const TissueState tets = fem::strain_of_tets(s.threads, s.bodies, s.dynamics.elements(), positions());
+  return fem::tissue_of_points(s.threads, s.bodies, s.dynamics.elements(), s.materials, tets);
 }
 TissueState Simulation::tissue_at_points(const TissueState& of_tets) const {
   const State& s = *state_;

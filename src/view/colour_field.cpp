@@ -11,19 +11,27 @@ namespace {
 
 constexpr std::array<std::string_view, 6> symmetric{"xx", "yy", "zz", "xy", "yz", "xz"};
 constexpr std::array<std::string_view, 3> ordered{"1", "2", "3"};  // largest first
+constexpr std::array<std::string_view, 9> row_by_row{"xx", "xy", "xz", "yx", "yy", "yz", "zx", "zy", "zz"};
+constexpr std::array<std::string_view, 9> of_ordered{"1x", "1y", "1z", "2x", "2y", "2z", "3x", "3y", "3z"};
+
+/// Names of the components that are shown one by one; none where the number or the length says enough.
+std::span<const std::string_view> component_names(const FieldInfo& info) {
+  if (info.name == "principal_stress") return ordered;
+  if (info.name == "principal_directions") return of_ordered;
+  if (info.components == 6) return symmetric;
+  if (info.components == 9) return row_by_row;
+  return {};
+}
 
 std::vector<ColourField> all_fields() {
   std::vector<ColourField> all;
-  const auto add_components = [&](const FieldInfo& info, std::span<const std::string_view> components) {
+  for (const FieldInfo& info : field_infos()) {
+    if (info.components <= 3) all.push_back({&info, -1, std::string(info.name), std::string(info.title)});
+    const std::span<const std::string_view> components = component_names(info);
     for (std::size_t c = 0; c < components.size(); ++c) {
       all.push_back({&info, static_cast<int>(c), std::string(info.name).append("_").append(components[c]),
                      std::string(info.title).append(" ").append(components[c])});
     }
-  };
-  for (const FieldInfo& info : field_infos()) {
-    if (info.components <= 3) all.push_back({&info, -1, std::string(info.name), std::string(info.title)});
-    if (info.name == "principal_stress") add_components(info, ordered);
-    if (info.components == 6) add_components(info, symmetric);
   }
   return all;
 }
@@ -52,7 +60,10 @@ std::vector<double> colour_values(const ColourField& field, std::vector<double> 
 
 nlohmann::ordered_json field_json(const ColourField& field) {
   const Dimension& d = field.info->dimension;
-  return {{"name", field.name}, {"title", field.title}, {"dimension", {d.mass, d.length, d.time}}};
+  return {{"name", field.name},
+          {"title", field.title},
+          {"group", field.info->title},
+          {"dimension", {d.mass, d.length, d.time}}};
 }
 
 }  // namespace palpate::view

@@ -18,7 +18,8 @@ struct ColourField {
   std::string title;
 };
 
-/// All of them: numbers, lengths of vectors, components of symmetric tensors, and each principal stress.
+/// All of them, at least one for each field: numbers, lengths of vectors, components of tensors and of the
+/// principal directions, and each principal stress.
 [[nodiscard]] std::span<const ColourField> colour_fields();
 /// nullptr where there is none of that name.
 [[nodiscard]] const ColourField* find_colour_field(std::string_view name);
@@ -28,7 +29,7 @@ struct ColourField {
 /// Its numbers, (n).
 [[nodiscard]] std::vector<double> colour_values(const ColourField& field, std::vector<double> rows);
 
-/// Name, title and dimension, for Stage::about.
+/// Name, title, dimension, and the title of the whole field as `group`, for Stage::about.
 [[nodiscard]] nlohmann::ordered_json field_json(const ColourField& field);
 
 }  // namespace palpate::view

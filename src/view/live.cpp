@@ -33,11 +33,10 @@ Json vector_json(const Vec3& v) {
   return {v.x, v.y, v.z};
 }
 
-/// The fields for colours on the page: those that exist in every step.
+/// The fields for colours on the page.
 Json fields_json() {
   Json list = Json::array();
-  for (const ColourField& field : colour_fields())
-    if (field.name != "reaction") list.push_back(field_json(field));
+  for (const ColourField& field : colour_fields()) list.push_back(field_json(field));
   return list;
 }
 
@@ -92,13 +91,13 @@ void LiveSource::advance() {
   Stopwatch watch;
   motions_.lead(simulation_, time(), simulation_.settings().time_step);
   lead_pulls();
-  simulation_.record_reactions(!model_.motions.empty());
+  simulation_.record_reactions(true);
   has_reactions_ = false;
   const StepMetrics& m = simulation_.step();
   const DetectionTimes& t = m.detection_seconds;
   seconds_ = {t.grid,  t.contacts,       t.border_edges,   t.crossings,
               t.depth, m.forces_seconds, m.solver_seconds, watch.lap()};
-  has_reactions_ = !model_.motions.empty();
+  has_reactions_ = true;
   if (!m.solver_converged) ++steps_not_converged_;
   most_inverted_tets_ = std::max(most_inverted_tets_, m.inverted_tets);
 }

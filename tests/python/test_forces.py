@@ -98,6 +98,16 @@ def test_stress_is_that_of_the_law():
     assert len(simulation.tissue()) == len(tets) and len(simulation.tissue_at_points()) == len(points)
 
 
+def test_tissue_at_points_may_be_given_that_of_the_tets(simulation):
+    of_tets = simulation.tissue()
+    alone, given = simulation.tissue_at_points(), simulation.tissue_at_points(of_tets)
+    for name in ["deformation_gradient", "strain", "stress", "von_mises", "principal_stress", "principal_directions", "energy_density",
+                 "plastic_strain", "volume_ratio"]:
+        np.testing.assert_array_equal(getattr(alone, name), getattr(given, name))
+    with pytest.raises(palpate.Error, match=f"found {len(alone)} rows, expected {len(of_tets)}, one for each tet"):
+        simulation.tissue_at_points(alone)
+
+
 def test_tables_and_grids(simulation):
     import pandas
 

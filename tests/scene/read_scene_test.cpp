@@ -258,6 +258,34 @@ TEST(ReadScene, TurnsDefaultsIntoTheUnitsOfTheScene) {
   EXPECT_DOUBLE_EQ(only_length.settings.gravity.z, -9810.0);
 }
 
+/// Each known unit, with all others: defaults are worth the same in SI.
+TEST(ReadScene, HasDefaultsForEveryKnownUnit) {
+  const auto worth = [](const UnitName& unit) { return std::pow(10.0, unit.exponent); };
+  for (const UnitName& length : length_units) {
+    for (const UnitName& mass : mass_units) {
+      for (const UnitName& time : time_units) {
+        const std::string units = R"("length": ")" + std::string(length.name) + R"(", "mass": ")" +
+                                  std::string(mass.name) + R"(", "time": ")" + std::string(time.name) + '"';
+        SCOPED_TRACE(units);
+        const Scene scene =
+            read(R"({"units": {)" + units +
+                 R"(}, "bodies": [{"material": {}, "ball": {"radius": 1, "resolution": 1}}]})");
+        const double m = worth(length);
+        const double kg = worth(mass);
+        const double s = worth(time);
+        const auto expect = [](double found, double expected) {
+          EXPECT_NEAR(found, expected, 1e-12 * std::abs(expected));
+        };
+        expect(scene.settings.time_step * s, 0.01);
+        expect(scene.settings.gravity.z * m / (s * s), -9.81);
+        expect(scene.settings.rest.speed * m / s, 1e-3);
+        expect(scene.bodies[0].material->density * kg / (m * m * m), 1000.0);
+        expect(scene.bodies[0].material->young_modulus * kg / (m * s * s), 1e5);
+      }
+    }
+  }
+}
+
 TEST(ReadScene, ReadsFilesAndRemembersTheirFolder) {
   const Scene scene = read_scene(PALPATE_SOURCE_DIR "/scenes/ball-on-plate.json");
   EXPECT_EQ(scene.folder, std::filesystem::path(PALPATE_SOURCE_DIR "/scenes"));

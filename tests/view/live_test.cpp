@@ -3,12 +3,14 @@
 #include "view/live.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <gtest/gtest.h>
 
 #include <palpate/error.hpp>
 
 #include "geometry/vector.hpp"
+#include "view/colour_field.hpp"
 #include "view/frame.hpp"
 #include "view/messages.hpp"
 #include "view/scenes.hpp"
@@ -62,6 +64,14 @@ TEST(LiveSource, HasOneNumberAPointOfEachField) {
   EXPECT_EQ(std::ranges::count(names, "stress"), 0) << "six numbers are no colour";
   EXPECT_EQ(std::ranges::count(names, "deformation_gradient"), 0);
   EXPECT_TRUE(source->field("stress").empty());
+  for (const FieldInfo& info : field_infos()) {
+    EXPECT_TRUE(std::ranges::any_of(names,
+                                    [&](const std::string& name) {
+                                      return name.starts_with(info.name) &&
+                                             find_colour_field(name)->info == &info;
+                                    }))
+        << "every field can be shown: " << info.name;
+  }
   const std::vector<double> first = source->field("principal_stress_1");
   const std::vector<double> third = source->field("principal_stress_3");
   const std::vector<double> xx = source->field("stress_xx");
@@ -77,6 +87,66 @@ TEST(LiveSource, HasOneNumberAPointOfEachField) {
     ++compared;
   }
   EXPECT_GT(compared, 8U);
+}
+
+TEST(LiveSource, ShowsTheNineNumbersOfATensorOneByOne) {
+  const auto source = test::small_source();
+  run(*source, 5);
+  const Simulation& simulation = source->simulation();
+  const TissueState tissue = simulation.tissue_at_points();
+  constexpr std::array axes{"x", "y", "z"};
+  double sheared = 0.0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      const std::vector<double> gradient =
+          source->field(std::string("deformation_gradient_") + axes[i] + axes[j]);
+      ASSERT_EQ(gradient.size(), tissue.size());
+      for (std::size_t p = 0; p < gradient.size(); ++p) {
+        EXPECT_EQ(gradient[p], tissue.deformation_gradient[p][3 * i + j]) << i << j << " of point " << p;
+        if (i != j) sheared = std::max(sheared, std::abs(gradient[p]));
+      }
+    }
+  }
+  EXPECT_GT(sheared, 0.0);
+  std::size_t compared = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::string name = "principal_directions_" + std::to_string(k + 1);
+    const std::vector<double> x = source->field(name + "x");
+    const std::vector<double> y = source->field(name + "y");
+    const std::vector<double> z = source->field(name + "z");
+    const std::vector<double> sizes = source->field("principal_stress_" + std::to_string(k + 1));
+    for (std::size_t p = 0; p < x.size(); ++p) {
+      const SymmetricTensor& s = tissue.stress[p];
+      if (std::isnan(s.xx) || tissue.von_mises[p] == 0.0) continue;
+      // S v = lambda v
+      const double scale = 1e-9 * (std::abs(sizes[p]) + tissue.von_mises[p]);
+      EXPECT_NEAR(s.xx * x[p] + s.xy * y[p] + s.xz * z[p], sizes[p] * x[p], scale)
+          << name << " of point " << p;
+      EXPECT_NEAR(s.xy * x[p] + s.yy * y[p] + s.yz * z[p], sizes[p] * y[p], scale)
+          << name << " of point " << p;
+      EXPECT_NEAR(s.xz * x[p] + s.yz * y[p] + s.zz * z[p], sizes[p] * z[p], scale)
+          << name << " of point " << p;
+      EXPECT_NEAR(x[p] * x[p] + y[p] * y[p] + z[p] * z[p], 1.0, 1e-9);
+      ++compared;
+    }
+  }
+  EXPECT_GT(compared, 24U);
+}
+
+TEST(LiveSource, ShowsReactionsOfHeldPoints) {
+  const auto source = test::small_source();
+  EXPECT_EQ(source->field("reaction"), std::vector<double>(source->positions().size(), 0.0))
+      << "at the start";
+  run(*source, 5);
+  const std::vector<double> sizes = source->field("reaction");
+  const std::span<const Vec3> reactions = source->simulation().reactions();
+  ASSERT_EQ(sizes.size(), reactions.size());
+  double most = 0.0;
+  for (std::size_t p = 0; p < sizes.size(); ++p) {
+    EXPECT_NEAR(sizes[p], length(reactions[p]), 1e-12 * length(reactions[p])) << p;
+    most = std::max(most, sizes[p]);
+  }
+  EXPECT_GT(most, 0.0);
 }
 
 TEST(LiveSource, SendsTheSurfaceAsItIs) {

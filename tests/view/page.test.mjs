@@ -174,7 +174,7 @@ test("finds the server again after a restart", async () => {
 });
 
 test("replays stored results, with a slider, and exports", async () => {
-  const ran = spawnSync(command, ["run", "scene.json", "--out", "results", "--no-picture", "--quiet", "--set", 'output.fields=["von_mises", "contact_pressure", "stress"]'], { cwd: folder });
+  const ran = spawnSync(command, ["run", "scene.json", "--out", "results", "--no-picture", "--quiet", "--set", 'output.fields=["von_mises", "contact_pressure", "stress", "deformation_gradient", "principal_directions"]'], { cwd: folder });
   assert.equal(ran.status, 0, String(ran.stderr));
   const server = await serve("results", { flags: ["--paused"] });
   const page = await open(server.address);
@@ -187,8 +187,24 @@ test("replays stored results, with a slider, and exports", async () => {
   await until("a frame back", async () => (await text(page, "frame-number")) === "12 of 21");
   // Fields of the frames, and the forces of the run.
   const offered = await page.$$eval("#colouring option", (options) => options.map((o) => o.value));
-  const components = ["xx", "xy", "xz", "yy", "yz", "zz"].map((component) => `stress_${component}`);
-  assert.deepEqual([...offered].sort(), ["body", "contact_pressure", "depth", "displacement", ...components, "von_mises"], "what is one number");
+  const of = (field, components) => components.map((component) => `${field}_${component}`);
+  const tensor = ["xx", "xy", "xz", "yx", "yy", "yz", "zx", "zy", "zz"];
+  const directions = ["1x", "1y", "1z", "2x", "2y", "2z", "3x", "3y", "3z"];
+  assert.deepEqual([...offered].sort(), ["body", "contact_pressure", ...of("deformation_gradient", tensor), "depth", "displacement",
+    ...of("principal_directions", directions), ...of("stress", ["xx", "xy", "xz", "yy", "yz", "zz"]), "von_mises"], "each a number");
+  const groups = await page.$$eval("#colouring optgroup", (all) => all.map((group) => `${group.label}: ${group.children.length}`));
+  assert.deepEqual(groups, ["stress: 6", "deformation gradient: 9", "principal directions: 9"]);
+  await page.selectOption("#colouring", "deformation_gradient_zz");
+  await until("a scale without a unit", async () => (await text(page, "legend-title")) === "Deformation gradient zz");
+  await until("about 1", async () => {
+    const ends = (await page.locator("#legend-ticks span").allTextContents()).map(parseFloat);
+    return ends[0] === 0 && ends[2] >= 1 && ends[2] <= 2;
+  });
+  await page.selectOption("#colouring", "principal_directions_1z");
+  await until("components of a unit vector", async () => {
+    const ends = (await page.locator("#legend-ticks span").allTextContents()).map(parseFloat);
+    return ends[0] >= -1 && ends[0] < 0 && ends[2] <= 1 && ends[2] > 0;
+  });
   await page.selectOption("#colouring", "stress_zz");
   await until("a scale of one component", async () => /^Stress zz \((k|M|m|µ)?Pa\)$/.test(await text(page, "legend-title")));
   await until("compression is negative", async () => parseFloat((await page.locator("#legend-ticks span").first().textContent()) ?? "0") < 0);

@@ -20,8 +20,9 @@ class ReplayForces : public CommandTest {
  protected:
   void SetUp() override {
     write("scene.json", falling_box());
-    output_of({"run", "scene.json", "--out", "out", "--every", "5", "--no-picture", "--threads", "1", "--set",
-               R"(output.fields=["von_mises", "stress", "contact_force", "reaction"])"});
+    output_of(
+        {"run", "scene.json", "--out", "out", "--every", "5", "--no-picture", "--threads", "1", "--set",
+         R"(output.fields=["von_mises", "stress", "contact_force", "reaction", "deformation_gradient"])"});
   }
   view::ReplaySource open() const { return view::ReplaySource(folder_ / "out", 1); }
 };
@@ -69,8 +70,12 @@ TEST_F(ReplayForces, FieldsAreThoseOfTheFrames) {
   view::ReplaySource source = open();
   std::vector<std::string> names;
   for (const auto& field : source.stage().about["fields"]) names.push_back(field["name"]);
-  EXPECT_EQ(names, (std::vector<std::string>{"von_mises", "stress_xx", "stress_yy", "stress_zz", "stress_xy",
-                                             "stress_yz", "stress_xz", "contact_force", "reaction"}))
+  EXPECT_EQ(names, (std::vector<std::string>{
+                       "von_mises", "stress_xx", "stress_yy", "stress_zz", "stress_xy", "stress_yz",
+                       "stress_xz", "contact_force", "reaction", "deformation_gradient_xx",
+                       "deformation_gradient_xy", "deformation_gradient_xz", "deformation_gradient_yx",
+                       "deformation_gradient_yy", "deformation_gradient_yz", "deformation_gradient_zx",
+                       "deformation_gradient_zy", "deformation_gradient_zz"}))
       << "those that colours can show";
   const Scene scene = read_scene(folder_ / "scene.json");
   Simulation simulation(small_model(scene), scene.settings, 1);
@@ -99,6 +104,9 @@ TEST_F(ReplayForces, FieldsAreThoseOfTheFrames) {
     sheared = std::max(sheared, std::abs(stress_yz[p]));
   }
   EXPECT_GT(sheared, 0.0);
+  const std::vector<double> zx = source.field("deformation_gradient_zx");
+  ASSERT_EQ(zx.size(), tissue.size());
+  for (std::size_t p = 0; p < zx.size(); ++p) EXPECT_EQ(zx[p], tissue.deformation_gradient[p][6]) << p;
   EXPECT_TRUE(source.field("pressure").empty()) << "the frames do not have it";
   EXPECT_TRUE(source.field("positions").empty());
   // Also in the message to a page.

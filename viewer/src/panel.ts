@@ -106,9 +106,9 @@ export class Panel {
 
   private colours(): HTMLElement {
     const fields = this.stage.fields ?? [];
-    const names = ["body", "depth", "displacement", ...fields.map((field) => field.name)];
-    const labels = ["body", "depth", "displacement", ...fields.map((field) => field.title)];
-    const colouring = choose(names, "body", (value) => this.setColouring(value), "colouring", labels);
+    const several = (group: string) => fields.filter((field) => field.group === group).length > 1;
+    const choices = fields.map(({ name, title, group }) => ({ value: name, label: title, group: several(group) ? group : undefined }));
+    const colouring = choose(["body", "depth", "displacement", ...choices], "body", (value) => this.setColouring(value), "colouring");
     const edges = check("Edges of the mesh", false, (on) => {
       this.bodies.showEdges(on);
       this.actions.redraw();

@@ -38,9 +38,27 @@ export function check(label: string, on: boolean, change: (on: boolean) => void,
   return make("label", { class: "check" }, box, label);
 }
 
-/** A choice among values; `labels` say how they read, where not as themselves. */
-export function choose(values: readonly string[], value: string, change: (value: string) => void, id?: string, labels: readonly string[] = values): HTMLSelectElement {
-  const select = make("select", { id, onchange: () => change(select.value) }, ...values.map((v, i) => make("option", { value: v }, labels[i]!)));
+/** A value of a choice; `label` says how it reads, where not as itself. Neighbours of one `group` stand under its name. */
+export interface Choice {
+  value: string;
+  label?: string;
+  group?: string;
+}
+
+/** A choice among values. */
+export function choose(choices: readonly (string | Choice)[], value: string, change: (value: string) => void, id?: string): HTMLSelectElement {
+  const select = make("select", { id, onchange: () => change(select.value) });
+  let place: HTMLElement = select;
+  let last: string | undefined;
+  for (const one of choices) {
+    const { value, label, group }: Choice = typeof one === "string" ? { value: one } : one;
+    if (group !== last) {
+      place = group === undefined ? select : make("optgroup", { label: group });
+      if (place !== select) select.append(place);
+    }
+    last = group;
+    place.append(make("option", { value }, label ?? value));
+  }
   select.value = value;
   return select;
 }

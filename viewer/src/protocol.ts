@@ -24,10 +24,12 @@ export interface ViewInfo {
   field?: { name: string; least: number; most: number | "auto"; bodies?: string[] };
 }
 
-/** A field that bodies can be coloured by; its dimension as powers of mass, length and time. */
+/** One number a point that bodies can be coloured by; its dimension as powers of mass, length and time. */
 export interface FieldInfo {
   name: string;
   title: string;
+  /** Title of the field that it is, or that it is a component of. */
+  group: string;
   dimension: [number, number, number];
 }
 
