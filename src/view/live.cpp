@@ -8,6 +8,7 @@
 
 #include "geometry/vector.hpp"
 #include "stopwatch.hpp"
+#include "view/stored_stages.hpp"
 
 namespace palpate::view {
 namespace {
@@ -106,8 +107,7 @@ Json LiveSource::about(const Scene& scene) const {
       about_json(scene, bodies_json(bodies(), surface_, scene), extent_of(bodies().points_rest()).diagonal);
   json["mode"] = "live";
   json["motions"] = motions_json();
-  json["stages"] = Json::array();
-  for (const palpate::Stage& stage : scene.stages) json["stages"].push_back(stage.name);
+  json["stages"] = stage_names_json(scene);
   json["fields"] = fields_json();
   json["typical_stiffness"] = typical_contact_stiffness();
   json["choices"] = {{"structure", names_json(structure_names)},

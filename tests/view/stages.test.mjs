@@ -31,6 +31,7 @@ test("bodies come and go with their stage", async () => {
   assert.match(await clock(), /stage alone \(1 of 3\)/);
   assert.ok((await patch(page, isRed)).count < 100, "the tool is not there yet: an axis of the triad is red too");
   assert.equal(await page.locator("#motion-0").isVisible(), false, "nothing moves it");
+  assert.ok((await text(page, "panel")).includes("tool (absent)"));
   await steps(3, 3);
   assert.match(await clock(), /stage enter \(2 of 3\)/);
   const { count, x, y } = await patch(page, isRed);

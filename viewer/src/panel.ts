@@ -190,11 +190,18 @@ export class Panel {
       fade.value = String(opacity || 1);
       set();
     };
+    const label = make("span", { class: "name", title: `${name}: ${info.points} points, ${info.tets} tets` }, name);
+    this.sliders.push(({ counts: { plan } }) => {
+      const absent = plan ? plan.absent.includes(body) : (info.absent ?? false);
+      label.classList.toggle("faint", absent);
+      const text = absent ? `${name} (absent)` : name;
+      if (label.textContent !== text) label.textContent = text;
+    });
     const swatch = make("span", { class: "swatch" });
     swatch.style.background = css(this.bodies.meshes[body]!.colour);
     box.checked = true;
     fade.value = "1";
-    return make("div", { class: "body" }, box, swatch, make("span", { class: "name", title: `${name}: ${info.points} points, ${info.tets} tets` }, name), fade);
+    return make("div", { class: "body" }, box, swatch, label, fade);
   }
 
   private bodyList(): HTMLElement {
