@@ -92,6 +92,15 @@ std::unique_ptr<view::Source> open_source(const ViewOptions& options) {
   });
 }
 
+/// Throws BadInput, which also names "max".
+double parse_speed(const std::string& flag, const std::string& text) {
+  try {
+    return parse_number(flag, text, scene_format::above(0));
+  } catch (const BadInput&) {
+    throw BadInput(flag, "", "'" + text + "'", "a number > 0 or 'max'");
+  }
+}
+
 bool is_loopback(const std::string& host) {
   return host == "::1" || host.starts_with("127.");
 }
@@ -144,7 +153,7 @@ void add_flags(CLI::App& app, ViewOptions& options) {
   add_value(app, "--speed", "X|max", "simulated time per time, at most; default 1",
             [&options](const std::string& flag, const std::string& text) {
               options.player.speed.reset();
-              if (text != "max") options.player.speed = parse_number(flag, text, scene_format::above(0));
+              if (text != "max") options.player.speed = parse_speed(flag, text);
             });
   app.add_flag_callback(
       "--paused", [&options] { options.player.playing = false; }, "wait for 'play'");
