@@ -74,8 +74,7 @@ SceneInput scene_to_view(const ViewOptions& options) {
   NewSceneFlags mesh = options.mesh;
   mesh.request.mesh = options.what.file;
   const NewScene made = new_scene_as_agreed(mesh);
-  print_note(
-      fmt::format("{}; {} writes this scene", description_of(made, false), quoted_command(command_of(made))));
+  print_note(fmt::format("{}; {} writes this scene", description_of(made), quoted_command(command_of(made))));
   return load_scene_input(made.first.scene);
 }
 
