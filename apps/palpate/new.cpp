@@ -68,7 +68,7 @@ int write_new(const NewOptions& options) {
   written.source = path.string();
   load_scene_input(written);  // reads it as 'run' will, so that errors and warnings appear now
   io::write_atomically(path, write_brief_scene(written));
-  print_out(fmt::format("{}: {}\n", path.string(), description_of(made, true)));
+  print_out(fmt::format("{}: {}\n", path.string(), description_of(made)));
   print_note(fmt::format("next: {} shows it and lets you pull at it, {} simulates it",
                          quoted_command("view", path.string()), quoted_command("run", path.string())));
   return exit_done;

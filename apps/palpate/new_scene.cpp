@@ -59,13 +59,12 @@ NewScene new_scene_of(const NewSceneRequest& request) {
   return made;
 }
 
-std::string description_of(const NewScene& made, bool stages) {
+std::string description_of(const NewScene& made) {
   const Vec3& size = made.first.size;
   const std::string unit =
       made.unit.name.empty() ? "scaled by " + short_text(made.unit.meters) : "in " + made.unit.name;
   const char* const held = "its lowest tenth is held, and an instrument presses it";
-  const char* const dropped = stages ? "it falls onto a floor, and then a plate presses it"
-                                     : "it falls onto a floor, and a plate above it can be moved";
+  const char* const dropped = "it falls onto a floor, and then a plate presses it";
   return fmt::format("{} {}: {}, {}; {}", made.request.mesh.string(), unit,
                      length_text(std::max({size.x, size.y, size.z})), mass_text(made.first.mass),
                      made.request.drop ? dropped : held);

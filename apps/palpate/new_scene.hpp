@@ -28,8 +28,7 @@ struct NewScene {
 NewScene new_scene_of(const NewSceneRequest& request);
 
 /// "liver.vtu in mm: 0.21 m, 1.4 kg; its lowest tenth is held, and an instrument presses it", one line.
-/// \param stages  whether the scene's stages are run, in which an instrument presses what has fallen
-std::string description_of(const NewScene& made, bool stages);
+std::string description_of(const NewScene& made);
 
 /// "palpate new liver.vtu --unit mm": the command that writes this scene.
 std::string command_of(const NewScene& made);

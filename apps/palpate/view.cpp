@@ -74,8 +74,7 @@ SceneInput scene_to_view(const ViewOptions& options) {
   NewSceneFlags mesh = options.mesh;
   mesh.request.mesh = options.what.file;
   const NewScene made = new_scene_as_agreed(mesh);
-  print_note(
-      fmt::format("{}; {} writes this scene", description_of(made, false), quoted_command(command_of(made))));
+  print_note(fmt::format("{}; {} writes this scene", description_of(made), quoted_command(command_of(made))));
   return load_scene_input(made.first.scene);
 }
 
@@ -90,6 +89,15 @@ std::unique_ptr<view::Source> open_source(const ViewOptions& options) {
   return as_input([&] {
     return std::make_unique<view::LiveSource>(input.scene, std::move(input.model), options.threads);
   });
+}
+
+/// Throws BadInput, which also names "max".
+double parse_speed(const std::string& flag, const std::string& text) {
+  try {
+    return parse_number(flag, text, scene_format::above(0));
+  } catch (const BadInput&) {
+    throw BadInput(flag, "", "'" + text + "'", "a number > 0 or 'max'");
+  }
 }
 
 bool is_loopback(const std::string& host) {
@@ -144,7 +152,7 @@ void add_flags(CLI::App& app, ViewOptions& options) {
   add_value(app, "--speed", "X|max", "simulated time per time, at most; default 1",
             [&options](const std::string& flag, const std::string& text) {
               options.player.speed.reset();
-              if (text != "max") options.player.speed = parse_number(flag, text, scene_format::above(0));
+              if (text != "max") options.player.speed = parse_speed(flag, text);
             });
   app.add_flag_callback(
       "--paused", [&options] { options.player.playing = false; }, "wait for 'play'");

@@ -68,14 +68,16 @@ void StageRun::set_gravity(Simulation& simulation, std::size_t stage) const {
   simulation.change(settings);
 }
 
-void StageRun::begin(Simulation& simulation) {
-  if (done() || progress_.begun) return;
+std::optional<ModelChange> StageRun::begin(Simulation& simulation) {
+  if (done() || progress_.begun) return std::nullopt;
   const std::size_t stage = progress_.endings.size();
   const std::vector<Tie> ties = simulation.ties();
-  simulation.change(
-      changes_.at_start(stage, simulation.bodies(), simulation.positions(), ties, simulation.metrics().time));
+  ModelChange change =
+      changes_.at_start(stage, simulation.bodies(), simulation.positions(), ties, simulation.metrics().time);
+  simulation.change(change);
   set_gravity(simulation, stage);
   progress_.begun = true;
+  return change;
 }
 
 bool StageRun::reached(const Simulation& simulation) const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -41,9 +42,9 @@ class StageRun {
   [[nodiscard]] bool done() const { return progress_.endings.size() == stages_.size(); }
   /// The current stage, or the next one to begin; after the end, the last one.
   [[nodiscard]] const Stage& stage() const;
-  /// Begins the next stage and changes the simulation. Does nothing where it has begun or all are complete.
-  /// Throws Error where the simulation refuses a change.
-  void begin(Simulation& simulation);
+  /// Begins the next stage and changes the simulation; returns what it changed, besides gravity. Does nothing
+  /// where it has begun or all are complete. Throws Error where the simulation refuses a change.
+  std::optional<ModelChange> begin(Simulation& simulation);
   /// Call after a step: returns whether the stage ends with it. Then call begin() again, unless it was the
   /// last stage.
   bool ends(const Simulation& simulation);

@@ -31,6 +31,10 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return cost(a.size(), b.size());
 }
 
+bool begin_alike(std::string_view a, std::string_view b) {
+  return !a.empty() && !b.empty() && lower(a.front()) == lower(b.front());
+}
+
 std::string quoted(std::string_view name) {
   std::string text(1, '\'');
   return text.append(name).append(1, '\'');
@@ -47,7 +51,9 @@ std::optional<std::string_view> nearest_name(std::string_view word, std::span<co
     const std::size_t distance = edit_distance(word, name);
     // Words without a common letter are not misspellings: every single letter is "near" a name of one letter.
     const bool related = distance < std::max(word.size(), name.size());
-    if (related && distance < best_distance) {
+    const bool better = distance < best_distance || (best && distance == best_distance &&
+                                                     begin_alike(word, name) && !begin_alike(word, *best));
+    if (related && better) {
       best = name;
       best_distance = distance;
     }

@@ -8,6 +8,7 @@
 
 #include "geometry/vector.hpp"
 #include "stopwatch.hpp"
+#include "view/stored_stages.hpp"
 
 namespace palpate::view {
 namespace {
@@ -44,14 +45,46 @@ Json fields_json() {
 
 LiveSource::LiveSource(const Scene& scene, Model model, int threads)
     : model_(std::move(model)),
+      present_(model_),
       threads_(threads),
       simulation_(Model(model_), scene.settings, threads),
+      all_stages_(scene, simulation_),
+      stages_(all_stages_),
       surface_(simulation_.bodies()),
       edge_lengths_(mean_edge_lengths(simulation_.bodies())),
-      // A fifth of an edge per step, which tissue in contact can follow.
-      motions_(model_.motions, 0.2 * *std::min_element(edge_lengths_.begin(), edge_lengths_.end())),
-      limits_(model_, simulation_.contact_materials(), edge_lengths_, scene.settings.time_step),
-      stage_{about(scene), extent_of(simulation_.positions()).center} {}
+      movable_(movable_bodies(scene)),
+      motions_(motions_at_start()),
+      limits_(pull_limits()),
+      stage_{about(scene), extent_of(simulation_.positions()).center} {
+  begin_stage();
+}
+
+/// The rigid body of each motion (-1: none); then the others that stages move.
+std::vector<Index> LiveSource::movable_bodies(const Scene& scene) const {
+  std::vector<Index> movable;
+  for (std::size_t m = 0; m < model_.motions.size(); ++m)
+    movable.push_back(body_of_motion(static_cast<Index>(m)));
+  for (const palpate::Stage& stage : scene.stages) {
+    for (const StageMove& move : stage.move) {
+      const auto of_scene = std::ranges::find(scene.bodies, move.body, &SceneBody::name);
+      const auto body = static_cast<Index>(of_scene - scene.bodies.begin());
+      const bool known = std::ranges::find(movable, body) != movable.end();
+      if (!known && !move.part && is_rigid(*of_scene)) movable.push_back(body);
+    }
+  }
+  return movable;
+}
+
+MotionControl LiveSource::motions_at_start() const {
+  // A fifth of an edge per step, which tissue in contact can follow.
+  MotionControl motions(model_.motions, 0.2 * *std::ranges::min_element(edge_lengths_));
+  for (std::size_t m = model_.motions.size(); m < movable_.size(); ++m) motions.add_unmoved();
+  return motions;
+}
+
+PullLimits LiveSource::pull_limits() const {
+  return {present_, simulation_.contact_materials(), edge_lengths_, simulation_.settings().time_step};
+}
 
 Index LiveSource::body_of_motion(Index motion) const {
   for (Index b = 0; b < bodies().body_count(); ++b) {
@@ -64,12 +97,7 @@ Index LiveSource::body_of_motion(Index motion) const {
 
 Json LiveSource::motions_json() const {
   Json list = Json::array();
-  for (std::size_t m = 0; m < model_.motions.size(); ++m) {
-    const std::vector<Keyframe>& keys = model_.motions[m].keyframes;
-    list.push_back({{"body", body_of_motion(static_cast<Index>(m))},
-                    {"begin", keys.front().time},
-                    {"end", keys.back().time}});
-  }
+  for (const Index body : movable_) list.push_back({{"body", body}});
   return list;
 }
 
@@ -78,6 +106,7 @@ Json LiveSource::about(const Scene& scene) const {
       about_json(scene, bodies_json(bodies(), surface_, scene), extent_of(bodies().points_rest()).diagonal);
   json["mode"] = "live";
   json["motions"] = motions_json();
+  json["stages"] = stage_names_json(scene);
   json["fields"] = fields_json();
   json["typical_stiffness"] = typical_contact_stiffness();
   json["choices"] = {{"structure", names_json(structure_names)},
@@ -100,16 +129,24 @@ void LiveSource::advance() {
   has_reactions_ = true;
   if (!m.solver_converged) ++steps_not_converged_;
   most_inverted_tets_ = std::max(most_inverted_tets_, m.inverted_tets);
+  if (stages_.ends(simulation_)) begin_stage();
 }
 
 void LiveSource::reset() {
-  simulation_ = Simulation(Model(model_), simulation_.settings(), threads_);
-  motions_.reset();
+  SimulationSettings settings = simulation_.settings();
+  settings.gravity = gravity_before_.value_or(settings.gravity);
+  simulation_ = Simulation(Model(model_), settings, threads_);
+  present_ = model_;
+  stages_ = all_stages_;
+  gravity_before_.reset();
+  motions_ = motions_at_start();
+  limits_ = pull_limits();
   pulls_.clear();
   has_reactions_ = false;
   seconds_ = {};
   steps_not_converged_ = 0;
   most_inverted_tets_ = 0;
+  begin_stage();
 }
 
 Json LiveSource::counts() const {
@@ -126,6 +163,7 @@ Json LiveSource::counts() const {
   json["at_rest"] = simulation_.at_rest();
   json["pulls"] = pulls_json();
   json["driven"] = driven_motions_json();
+  if (stages_.any()) json["plan"] = stages_json();
   return json;
 }
 
@@ -144,11 +182,11 @@ Json LiveSource::pulls_json() const {
 /// Contact forces, and reactions of prescribed bodies.
 Json LiveSource::forces() const {
   Json list = wrenches_json(simulation_);
-  for (std::size_t m = 0; m < model_.motions.size() && has_reactions_; ++m) {
-    const Index body = body_of_motion(static_cast<Index>(m));
-    if (body < 0) continue;
-    const Wrench motor =
-        simulation_.reaction_of_motion(static_cast<Index>(m), simulation_.center_of_mass(body));
+  for (std::size_t m = 0; m < movable_.size() && has_reactions_; ++m) {
+    const Index body = movable_[m];
+    const Index number = motions_.number(m);
+    if (body < 0 || number < 0) continue;
+    const Wrench motor = simulation_.reaction_of_motion(number, simulation_.center_of_mass(body));
     list[static_cast<std::size_t>(body)]["held"] = wrench_json(motor);
   }
   return list;
@@ -160,7 +198,7 @@ Json LiveSource::driven_motions_json() const {
   if (!has_reactions_) return list;
   for (std::size_t m = 0; m < list.size(); ++m) {
     if (!list[m]["held"]) continue;
-    list[m]["force"] = vector_json(simulation_.reaction_of_motion(static_cast<Index>(m), {}).force);
+    list[m]["force"] = vector_json(simulation_.reaction_of_motion(motions_.number(m), {}).force);
   }
   return list;
 }
@@ -198,11 +236,10 @@ double LiveSource::typical_contact_stiffness() const {
 }
 
 bool LiveSource::is_free(Index point) const {
-  const bool fixed = !model_.fixed_points.empty() && at(model_.fixed_points, point) != 0;
-  const bool prescribed = !model_.motion_of_point.empty() && at(model_.motion_of_point, point) >= 0;
-  const bool rigid =
-      !model_.obstacles.empty() && at(model_.obstacles, at(bodies().body_of_point(), point)) != 0;
-  return !fixed && !prescribed && !rigid;
+  const bool fixed = !present_.fixed_points.empty() && at(present_.fixed_points, point) != 0;
+  const Index body = at(bodies().body_of_point(), point);
+  return !fixed && at(simulation_.motion_of_points(), point) < 0 && !simulation_.is_rigid(body) &&
+         simulation_.is_present(body);
 }
 
 void LiveSource::apply(Client /*client*/, const Change& change) {

@@ -7,6 +7,7 @@
 
 #include "scene/field_values.hpp"
 #include "scene/scene.hpp"
+#include "scene/stage_run.hpp"
 #include "view/colour_field.hpp"
 #include "view/motion_control.hpp"
 #include "view/pull_limits.hpp"
@@ -15,13 +16,14 @@
 
 namespace palpate::view {
 
-/// A running simulation that pages can watch and change.
+/// A running simulation that pages can watch and change. It goes through the stages of its scene, and then
+/// on.
 class LiveSource : public Source {
  public:
   /// \param scene    for name, units, colours and settings
   /// \param model  the result of load_model(); overlaps may have been removed
   ///
-  /// Throws Error where Simulation does.
+  /// Throws Error where Simulation and StageRun do.
   LiveSource(const Scene& scene, Model model, int threads);
 
   [[nodiscard]] const Stage& stage() const override { return stage_; }
@@ -40,6 +42,7 @@ class LiveSource : public Source {
     if (colour == nullptr) return {};
     return colour_values(*colour, field_array(simulation_, std::string(colour->info->name), false).values);
   }
+  [[nodiscard]] std::size_t begun_stages() const override;
   [[nodiscard]] nlohmann::ordered_json settings() const override {
     return settings_json(simulation_.settings());
   }
@@ -66,19 +69,36 @@ class LiveSource : public Source {
   [[nodiscard]] nlohmann::ordered_json motions_json() const;
   [[nodiscard]] nlohmann::ordered_json pulls_json() const;
   [[nodiscard]] nlohmann::ordered_json driven_motions_json() const;
+  [[nodiscard]] nlohmann::ordered_json bodies_with(bool (LiveSource::*has)(Index) const) const;
+  [[nodiscard]] nlohmann::ordered_json stages_json() const;
+  [[nodiscard]] bool is_absent(Index body) const { return !simulation_.is_present(body); }
+  [[nodiscard]] bool is_rigid_now(Index body) const { return simulation_.is_rigid(body); }
+  /// Begins a stage if one is due.
+  void begin_stage();
+  void take_gravity_of_stage(const Vec3& before);
+  void take_constraints(const ModelChange& change);
+  void take_motions();
   void lead_pulls();
   /// Makes or updates a grab with the current spring.
   [[nodiscard]] Index spring(const Held& held);
   [[nodiscard]] Index body_of_motion(Index motion) const;
+  [[nodiscard]] std::vector<Index> movable_bodies(const Scene& scene) const;
+  [[nodiscard]] MotionControl motions_at_start() const;
+  [[nodiscard]] PullLimits pull_limits() const;
   [[nodiscard]] double usual_stiffness(Index body) const;
   [[nodiscard]] double typical_contact_stiffness() const;
   [[nodiscard]] bool is_free(Index point) const;
 
-  Model model_;  ///< at the start
+  Model model_;    ///< at the start
+  Model present_;  ///< the same with the constraints of now
   int threads_;
   Simulation simulation_;
+  StageRun all_stages_;  ///< before the first
+  StageRun stages_;
+  std::optional<Vec3> gravity_before_;  ///< the first stage that sets one
   Surface surface_;
   std::vector<double> edge_lengths_;  ///< (n_bodies) mean, at rest
+  std::vector<Index> movable_;        ///< of each of `motions_` its rigid body; -1: none
   MotionControl motions_;
   PullLimits limits_;
   Stage stage_;

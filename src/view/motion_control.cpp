@@ -16,8 +16,14 @@ constexpr double fastest_path = 4.0;
 
 }  // namespace
 
-MotionControl::MotionControl(std::vector<Motion> paths, double longest_step) : longest_step_(longest_step) {
-  for (Motion& path : paths) motions_.push_back({std::move(path)});
+MotionControl::MotionControl(const std::vector<Motion>& paths, double longest_step)
+    : longest_step_(longest_step) {
+  for (const Motion& path : paths) motions_.push_back({static_cast<Index>(motions_.size()), path});
+}
+
+void MotionControl::replace(std::size_t body, Index number, Motion path) {
+  if (number < 0) path = {};
+  motions_[body] = {number, std::move(path)};
 }
 
 MotionControl::DrivenMotion& MotionControl::touch(Index motion, double now) {
@@ -26,6 +32,8 @@ MotionControl::DrivenMotion& MotionControl::touch(Index motion, double now) {
                 "less than " + std::to_string(motions_.size()) + ", the number of motions");
   }
   DrivenMotion& driven = at(motions_, motion);
+  if (driven.number < 0)
+    throw Error("message from the page", "motion", "a body that nothing moves now", "one with a motion");
   if (!std::exchange(driven.touched, true)) driven.time = driven.wanted_time = now;
   return driven;
 }
@@ -53,8 +61,7 @@ Keyframe MotionControl::pose(const DrivenMotion& driven, double now) {
 }
 
 void MotionControl::lead(Simulation& simulation, double now, double time_step) {
-  for (std::size_t m = 0; m < motions_.size(); ++m) {
-    DrivenMotion& driven = motions_[m];
+  for (DrivenMotion& driven : motions_) {
     if (!driven.touched) continue;
     const Keyframe begin = pose(driven, now);
     const double most = fastest_path * time_step;
@@ -64,12 +71,8 @@ void MotionControl::lead(Simulation& simulation, double now, double time_step) {
     driven.offset = distance > longest_step_ ? driven.offset + (longest_step_ / distance) * remaining
                                              : driven.wanted_offset;
     const Keyframe end = pose(driven, now + time_step);
-    simulation.set_motion(static_cast<Index>(m), {driven.path.center, {begin, end}});
+    simulation.set_motion(driven.number, {driven.path.center, {begin, end}});
   }
-}
-
-void MotionControl::reset() {
-  for (DrivenMotion& driven : motions_) driven = {std::move(driven.path)};
 }
 
 bool MotionControl::holds() const {
@@ -79,9 +82,14 @@ bool MotionControl::holds() const {
 nlohmann::ordered_json MotionControl::json(double now) const {
   auto list = nlohmann::ordered_json::array();
   for (const DrivenMotion& driven : motions_) {
+    const std::vector<Keyframe>& keys = driven.path.keyframes;
+    const bool moves = driven.number >= 0;
     list.push_back({{"time", driven.touched ? driven.time : now},
                     {"offset", {driven.offset.x, driven.offset.y, driven.offset.z}},
-                    {"held", driven.held}});
+                    {"held", driven.held},
+                    {"moves", moves},
+                    {"begin", moves ? keys.front().time : 0.0},
+                    {"end", moves ? keys.back().time : 0.0}});
   }
   return list;
 }

@@ -227,6 +227,7 @@ void Player::execute(Client client, Command& command) {
 void Player::advance() {
   const double before = source_->time();
   const double interval = source_->interval().value_or(0.0);
+  const std::size_t stages = source_->begun_stages();
   try {
     source_->advance();
   } catch (const Error& error) {
@@ -237,6 +238,7 @@ void Player::advance() {
     next_step_ = std::max(next_step_ + ticks(interval * seconds_per_unit(source_->stage().about) / *speed_),
                           now - ticks(0.1));
   }
+  if (source_->begun_stages() != stages) state_stale_ = true;
   simulated_ += source_->time() - before;
   for (Totals* totals : {&since_frame_, &since_start_}) {
     ++totals->steps;

@@ -28,20 +28,32 @@ double area_of(const Bodies& bodies, const Triangle& triangle) {
 }
 
 /// Young's modulus of the softest body whose box meets that of each, itself included.
+/// \param others  (n_bodies) 1: a body that counts for no other
 std::vector<double> softest_around(const Bodies& bodies, std::span<const Material> materials,
-                                   std::span<const std::uint8_t> rigid) {
+                                   std::span<const std::uint8_t> others) {
   std::vector<Box> boxes(bodies.bodies().size());
   std::vector<double> softest(boxes.size());
   for (std::size_t b = 0; b < boxes.size(); ++b) boxes[b] = box_of(bodies, bodies.bodies()[b]);
   for (std::size_t b = 0; b < boxes.size(); ++b) {
     double modulus = materials[b].young_modulus;
     for (std::size_t other = 0; other < boxes.size(); ++other) {
-      const bool counts = (rigid.empty() || rigid[other] == 0) && meet(boxes[b], boxes[other]);
+      const bool counts = others[other] == 0 && meet(boxes[b], boxes[other]);
       if (counts) modulus = std::min(modulus, materials[other].young_modulus);
     }
     softest[b] = modulus;
   }
   return softest;
+}
+
+/// (n_bodies) 1: rigid or absent.
+std::vector<std::uint8_t> rigid_or_absent(const Model& model) {
+  std::vector<std::uint8_t> flags(model.bodies.bodies().size(), 0);
+  for (std::size_t b = 0; b < flags.size(); ++b) {
+    const bool rigid = !model.obstacles.empty() && model.obstacles[b] != 0;
+    const bool absent = !model.absent.empty() && model.absent[b] != 0;
+    flags[b] = rigid || absent ? 1 : 0;
+  }
+  return flags;
 }
 
 const Material& material_of(const Model& model, Index tet) {
@@ -114,7 +126,7 @@ PullLimits::PullLimits(const Model& model, std::span<const Material> of_bodies, 
                        double time_step)
     : masses_(point_masses(model)), forces_(masses_.size(), 0.0) {
   const Bodies& bodies = model.bodies;
-  const std::vector<double> softest = softest_around(bodies, of_bodies, model.obstacles);
+  const std::vector<double> softest = softest_around(bodies, of_bodies, rigid_or_absent(model));
   const std::vector<std::uint8_t> held = held_bodies(model);
   const std::vector<double> of_tets = tet_limits(model);
   const std::vector<double> moduli = softest_at_points(model);

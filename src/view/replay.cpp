@@ -11,6 +11,7 @@
 #include "io/file_bytes.hpp"
 #include "io/point_arrays.hpp"
 #include "scene/json_text.hpp"
+#include "sim/holds.hpp"
 #include "view/colour_field.hpp"
 
 namespace palpate::view {
@@ -24,7 +25,7 @@ using Json = nlohmann::ordered_json;
 
 }  // namespace
 
-ReplaySource::ReplaySource(const std::filesystem::path& folder, int threads) {
+ReplaySource::ReplaySource(const std::filesystem::path& folder, int threads) : threads_(threads) {
   read_run(folder);
   const std::filesystem::path collection = folder / "frames.pvd";
   frames_ = io::read_series(collection);
@@ -35,10 +36,6 @@ ReplaySource::ReplaySource(const std::filesystem::path& folder, int threads) {
   names.reserve(listed_.size());
   for (const Listed& body : listed_) names.push_back(body.name);
   forces_ = StoredForces(folder / "forces.csv", names);
-  std::vector<std::uint8_t> obstacles;
-  obstacles.reserve(listed_.size());
-  for (const Listed& body : listed_) obstacles.push_back(body.obstacle ? 1 : 0);
-  detector_ = std::make_unique<Detector>(bodies_, scene_.settings.detection, obstacles, threads);
   show(0);
   stage_.origin = extent_of(positions_).center;
   stage_.about = about();
@@ -52,6 +49,10 @@ void ReplaySource::read_run(const std::filesystem::path& folder) {
     for (const nlohmann::json& body : run.at("bodies")) {
       listed_.push_back({body.at("name"), body.at("points"), body.at("tets"), body.at("obstacle")});
     }
+    std::vector<double> ends;
+    for (const nlohmann::json& stage : run.value("stages", nlohmann::json::array()))
+      ends.push_back(stage.at("time"));
+    stages_ = StoredStages(scene_, std::move(ends));
   } catch (const nlohmann::json::exception& error) {
     throw Error(source, "", error.what(), "what 'palpate run' writes");
   }
@@ -92,13 +93,29 @@ void ReplaySource::make_bodies(const std::filesystem::path& folder) {
   }
 }
 
+/// With the contacts of a stage: those that are absent have none.
+std::unique_ptr<Detector> ReplaySource::make_detector(std::size_t stage) const {
+  std::vector<std::uint8_t> obstacles;
+  for (std::size_t b = 0; b < listed_.size(); ++b) {
+    const bool rigid = stage == 0 ? listed_[b].obstacle : stages_.rigid(stage)[b] != 0;
+    obstacles.push_back(rigid || stages_.absent(stage)[b] != 0 ? 1 : 0);
+  }
+  const DetectionSettings settings = without_absent(scene_.settings.detection, stages_.absent(stage));
+  return std::make_unique<Detector>(bodies_, settings, obstacles, threads_);
+}
+
 void ReplaySource::show(std::size_t frame) {
   io::MeshFile file = io::read_mesh(frames_[frame].file);
   if (file.mesh.points.size() != bodies_.points_rest().size()) {
     throw Error(frames_[frame].file.string(), "", std::to_string(file.mesh.points.size()) + " points",
                 std::to_string(bodies_.points_rest().size()) + ", as the first frame has");
   }
-  detector_->detect(file.mesh.points);
+  const std::size_t stage = stages_.stage_of(frames_[frame].time);
+  std::unique_ptr<Detector> other;
+  if (!detector_ || stage != stage_of_detector_) other = make_detector(stage);
+  (other ? *other : *detector_).detect(file.mesh.points);
+  if (other) detector_ = std::move(other);
+  stage_of_detector_ = stage;
   positions_ = std::move(file.mesh.points);
   const double before = frame == 0 ? frames_[0].time : frames_[frame - 1].time;
   seconds_ = mean_seconds(steps_, before, frames_[frame].time);
@@ -117,6 +134,7 @@ Json ReplaySource::about() const {
   json["mode"] = "replay";
   json["frames"] = frames_.size();
   json["motions"] = Json::array();
+  json["stages"] = stage_names_json(scene_);
   json["fields"] = stored_fields_json();
   if (forces_.any()) json["forces"] = forces_.history();
   return json;
@@ -149,6 +167,7 @@ Json ReplaySource::counts() const {
   for (const double depth : detector_->edge_contacts().depth) deepest = std::max(deepest, depth);
   json["deepest"] = deepest;
   json["frame"] = frame_;
+  if (stages_.any()) json["plan"] = stages_.json(time());
   return json;
 }
 

@@ -11,12 +11,14 @@
 #include "scene/scene.hpp"
 #include "view/source.hpp"
 #include "view/stored_forces.hpp"
+#include "view/stored_stages.hpp"
 #include "view/stored_times.hpp"
 
 namespace palpate::view {
 
 /// The frames that `palpate run` left in a folder. Contacts are detected again at the stored positions. This
-/// gives the contacts of the run, since they depend only on positions. Displacements are relative to the
+/// gives the contacts of the run, since they depend only on positions, and on the bodies of each stage.
+/// Displacements are relative to the
 /// first frame. Fields are those in the frames, forces those in forces.csv.
 class ReplaySource : public Source {
  public:
@@ -49,6 +51,7 @@ class ReplaySource : public Source {
 
  private:
   void read_run(const std::filesystem::path& folder);
+  [[nodiscard]] std::unique_ptr<Detector> make_detector(std::size_t stage) const;
   void make_bodies(const std::filesystem::path& folder);
   void show(std::size_t frame);
   [[nodiscard]] nlohmann::ordered_json about() const;
@@ -67,7 +70,10 @@ class ReplaySource : public Source {
   Scene scene_;
   std::vector<Listed> listed_;
   Bodies bodies_;
+  StoredStages stages_;
+  int threads_;
   std::unique_ptr<Detector> detector_;
+  std::size_t stage_of_detector_ = 0;
   std::vector<Vec3> positions_;
   std::size_t frame_ = 0;
   PhaseSeconds seconds_{};

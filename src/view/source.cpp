@@ -20,7 +20,8 @@ Json bodies_json(const Bodies& bodies, const Surface& surface, const Scene& scen
                     {"triangles", {body.triangles.begin, body.triangles.end}},
                     {"points", body.points.size()},
                     {"tets", body.tets.size()},
-                    {"rigid", is_rigid(at(scene.bodies, b))}});
+                    {"rigid", is_rigid(at(scene.bodies, b))},
+                    {"absent", at(scene.bodies, b).absent}});
     const SceneBody& of_scene = at(scene.bodies, b);
     // Colours are in steps of a byte on the page; a float as text would have digits that mean nothing.
     list.back()["color"] = Json::array();

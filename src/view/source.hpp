@@ -61,6 +61,8 @@ class Source {
   [[nodiscard]] virtual nlohmann::ordered_json forces() const { return nlohmann::ordered_json::array(); }
   /// (n_points) numbers of a field, by the name of its ColourField; empty where this source does not have it.
   [[nodiscard]] virtual std::vector<double> field(const std::string& /*name*/) const { return {}; }
+  /// How many stages of a plan have begun (docs/stages.md): each may change settings().
+  [[nodiscard]] virtual std::size_t begun_stages() const { return 0; }
   /// The current values of settings that can be changed.
   [[nodiscard]] virtual nlohmann::ordered_json settings() const = 0;
 

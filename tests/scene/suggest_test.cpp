@@ -23,8 +23,10 @@ TEST(NearestName, NamesNothingWhenNothingIsNear) {
   EXPECT_EQ(nearest_name(std::string(100000, 'a'), known), std::nullopt);
 }
 
-TEST(NearestName, TakesTheFirstOfEquals) {
-  EXPECT_EQ(nearest_name("cat", std::array<std::string_view, 3>{"bat", "hat", "cut"}), "bat");
+TEST(NearestName, TakesOfEqualsThatWithTheSameFirstLetterOrTheFirst) {
+  EXPECT_EQ(nearest_name("cat", std::array<std::string_view, 3>{"bat", "hat", "rat"}), "bat");
+  EXPECT_EQ(nearest_name("cat", std::array<std::string_view, 4>{"bat", "cut", "hat", "cot"}), "cut");
+  EXPECT_EQ(nearest_name("vew", std::array<std::string_view, 3>{"new", "view", "run"}), "view");
 }
 
 TEST(ExpectedName, ListsAllWhenNothingIsNear) {

@@ -150,6 +150,7 @@ TEST_F(View, RefusesInOneLine) {
   expect_error(2, {"view", "liver.vtu", "--unit", "mm", "--size", "1"}, {"--size", "--unit"});
   expect_error(2, {"view", "scene.json", "--port", "70000"}, {"--port", "70000"});
   expect_error(2, {"view", "scene.json", "--speed", "0"}, {"--speed"});
+  expect_error(2, {"view", "scene.json", "--speed", "fast"}, {"--speed", "'max'"});
   expect_error(2, {"view", "scene.json", "--host", "nowhere", "--no-browser"}, {"--host", "nowhere"});
   ::setenv("PALPATE_VIEW_TOKEN", "too short", 1);
   expect_error(2, {"view", "scene.json"}, {"PALPATE_VIEW_TOKEN"});

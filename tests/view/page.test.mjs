@@ -384,3 +384,29 @@ test("a pull is no harder than the tissue can take, and the page says so", async
   await page.close();
   await server.end();
 });
+
+test("a slow machine draws half the pixels along each side while the picture moves, and all when it stands still", async () => {
+  const server = await serve("glued.json", { flags: ["--paused"] });
+  const page = await open(server.address, {}, () => {
+    const real = window.requestAnimationFrame.bind(window);
+    window.requestAnimationFrame = (draw) => real((now) => {
+      draw(now);
+      if (!window.slow) return;
+      for (const end = performance.now() + 60; performance.now() < end;);
+    });
+  });
+  await page.waitForTimeout(1000);
+  const width = () => page.evaluate(() => document.getElementById("canvas").width);
+  const full = await width();
+  assert.equal(full, await page.evaluate(() => document.getElementById("canvas").clientWidth));
+  await page.evaluate(() => (window.slow = true));
+  await page.focus("#canvas");
+  await until("half of the pixels", async () => {
+    await page.keyboard.press("ArrowLeft");
+    return (await width()) === Math.floor(full / 2);
+  });
+  await until("all of them", async () => (await width()) === full);
+  noComplaints(page);
+  await page.close();
+  await server.end();
+});

@@ -1,6 +1,7 @@
 // Stored results. Oracle: the run that wrote them (its metrics.csv, its simulation).
 #include "view/replay.hpp"
 
+#include <algorithm>
 #include <gtest/gtest.h>
 
 #include <palpate/error.hpp>
@@ -64,6 +65,42 @@ TEST_F(Replay, ShowsWhatTheRunFound) {
   }
   EXPECT_EQ(source.interval(), std::nullopt) << "the end";
   EXPECT_GT(source.detector().contacts().size(), 0U);
+}
+
+/// A lid in the box is absent at first, then comes in, and the box is removed: contacts are those of the run.
+TEST_F(Replay, HasTheBodiesOfEachStage) {
+  write("staged.json", R"({"name": "staged", "time_step": 0.01, "bodies": [
+    {"name": "plate", "box": {"cells": [2, 2, 1], "size": [0.2, 0.2, 0.02]}, "translate": [0, 0, -0.01], "obstacle": true},
+    {"name": "box", "box": {"cells": [3, 3, 3], "size": [0.06, 0.06, 0.06]}, "translate": [0.003, 0.002, 0.029],
+     "material": {"young_modulus": 20000, "mass_damping": 1, "stiffness_damping": 0.002}},
+    {"name": "lid", "box": {"cells": [1, 1, 1], "size": [0.08, 0.08, 0.02]}, "translate": [0, 0, 0.0685],
+     "obstacle": true, "absent": true}], "output": {"every": 1},
+    "stages": [{"name": "settle", "until": {"time": 0.02}}, {"name": "lid", "insert": ["lid"], "until": {"time": 0.02}},
+               {"name": "clear", "remove": ["box"], "until": {"time": 0.02}}]})");
+  output_of({"run", "staged.json", "--out", "staged", "--no-picture", "--threads", "1"});
+  const std::vector<std::string> rows = lines_of(read("staged/metrics.csv"));
+  const auto header = fields_of(rows[0]);
+  const auto column = static_cast<std::size_t>(std::ranges::find(header, "contacts") - header.begin());
+  ASSERT_LT(column, header.size());
+  view::ReplaySource source(folder_ / "staged", 1);
+  EXPECT_EQ(source.stage().about["stages"], nlohmann::json({"settle", "lid", "clear"}));
+  const std::vector<int> stages{1, 1, 1, 2, 2, 3, 3};
+  const std::vector<std::vector<int>> absent{{}, {2}, {}, {1}};
+  std::size_t most = 0;
+  for (std::size_t frame = 0; frame < 7; ++frame) {
+    const auto plan = source.counts()["plan"];
+    const int stage = stages[frame];
+    EXPECT_EQ(plan["number"], stage) << frame;
+    EXPECT_EQ(plan["absent"], nlohmann::json(absent[static_cast<std::size_t>(stage)])) << frame;
+    EXPECT_EQ(plan["done"], frame == 6);
+    const std::size_t contacts = source.detector().contacts().size();
+    EXPECT_EQ(contacts, std::stoul(fields_of(rows[frame + 1])[column])) << frame;
+    most = std::max(most, contacts);
+    if (frame == 6) break;
+    source.advance();
+  }
+  EXPECT_GT(most, 0U);
+  EXPECT_EQ(source.detector().contacts().size(), 0U) << "lid and plate are rigid, and the box is gone";
 }
 
 TEST_F(Replay, SeeksAndRefusesWhatOnlyARunCan) {

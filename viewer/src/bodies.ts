@@ -4,7 +4,7 @@ import { amountColour, neutral, niceAbove, noValue, type Colour } from "./colour
 import { CutFace } from "./cut_face";
 import { CutSurface } from "./cut_surface";
 import { Occlusion } from "./occlusion";
-import type { Arrays, Binary, BodyInfo, Stage } from "./protocol";
+import type { Arrays, Binary, BodyInfo, Plan, Stage } from "./protocol";
 import { edgesOf, isRound, sumNormals } from "./surface_normals";
 import { Tets } from "./tets";
 
@@ -132,6 +132,7 @@ export class BodySet {
   plane: three.Plane | null = null;
   isCut: (body: number) => boolean = () => false;
   private readonly opacities: number[];
+  private absent: boolean[];
 
   constructor(stage: Binary<Stage>) {
     this.rest = stage.arrays["rest"] as Float32Array;
@@ -142,6 +143,7 @@ export class BodySet {
     this.tets = new Tets(stage);
     this.meshes = stage.header.bodies.map((info, i) => new BodyMesh(info, i, this.rest, triangles));
     this.opacities = this.meshes.map(() => 1);
+    this.absent = this.meshes.map((mesh) => mesh.info.absent ?? false);
     for (const mesh of this.meshes) this.group.add(mesh.front, mesh.edges, ...mesh.face.objects);
     this.cut(null);
     this.colour();
@@ -297,11 +299,23 @@ export class BodySet {
 
   setOpacity(body: number, opacity: number): void {
     this.opacities[body] = opacity;
-    this.meshes[body]?.setOpacity(opacity, this.isCut(body));
+    this.meshes[body]?.setOpacity(this.opacity(body), this.isCut(body));
   }
 
+  /** An absent body is not shown, whatever was chosen. */
   opacity(body: number): number {
-    return this.opacities[body] ?? 1;
+    return this.absent[body] ? 0 : (this.opacities[body] ?? 1);
+  }
+
+  /** Bodies that a stage has inserted, removed or released; whether others are seen now. */
+  takePlan(plan: Plan): boolean {
+    this.meshes.forEach((mesh, body) => (mesh.info.rigid = plan.rigid.includes(body)));
+    const absent = this.meshes.map((_, body) => plan.absent.includes(body));
+    if (absent.every((one, body) => one === this.absent[body])) return false;
+    this.absent = absent;
+    this.meshes.forEach((mesh, body) => mesh.setOpacity(this.opacity(body), this.isCut(body)));
+    this.colour();
+    return true;
   }
 
   /** Leaves out what lies on the negative side of a plane, of the bodies of these names or, of none, of all. */
@@ -311,7 +325,7 @@ export class BodySet {
     const within = this.sphere(this.isCut);
     this.meshes.forEach((mesh, i) => {
       mesh.cut(this.isCut(i) ? plane : null, within);
-      mesh.setOpacity(this.opacities[i]!, this.isCut(i));
+      mesh.setOpacity(this.opacity(i), this.isCut(i));
     });
     this.colourFaces();
   }

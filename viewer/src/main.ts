@@ -46,7 +46,10 @@ class Page {
       picked: (vertex) => this.pick(vertex),
       strength: () => this.panel?.strength ?? 1,
       hover: (body, x, y) => this.showHover(body, x, y),
-      offset: (motion) => this.frame?.counts.driven?.[motion]?.offset ?? [0, 0, 0],
+      offset: (motion) => {
+        const driven = this.frame?.counts.driven?.[motion];
+        return driven?.moves ? driven.offset : undefined;
+      },
     });
     this.view.drawn = () => this.afterDrawing();
     this.view.resized = () => this.view.isMoved || this.fit();
@@ -118,6 +121,7 @@ class Page {
     const frame = (this.frame = message.header);
     this.arrays = message.arrays;
     this.bodies.update(message.arrays);
+    if (frame.counts.plan && this.bodies.takePlan(frame.counts.plan)) this.shadows.stale = true;
     this.layers.update(frame, message.arrays);
     if (frame.steps > 0) this.shadows.moved();
     this.layers.setPulls(this.pullEnds(frame));

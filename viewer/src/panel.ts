@@ -134,20 +134,27 @@ export class Panel {
       const time = slider({
         id: `motion-${m}`,
         label: `Place of ${name} on its path`,
-        low: motion.begin,
-        high: motion.end,
-        value: motion.begin,
+        low: 0,
+        high: 1,
+        value: 0,
         show: (t) => `${short(t)} ${this.stage.units.time}`,
         change: (t) => this.actions.moveMotion(m, t),
       });
       const run = make("button", { onclick: () => this.actions.send("resume_motion", { motion: m }) }, "Follow its path");
-      const still = motion.end <= motion.begin;  // a path of one pose: nothing to choose
-      element.append(...(still ? [row(name, run)] : [row(name, time.element), row("", run)]));
+      const path = row(name, time.element);
+      const alone = row(name);  // a path of one pose: nothing to choose
+      const lines = make("div", {}, path, alone, row("", run));
+      element.append(lines);
       this.sliders.push((frame) => {
         const driven = frame.counts.driven?.[m];
         if (!driven) return;
-        run.disabled = !driven.held;
-        if (!driven.held) time.set(Math.min(Math.max(driven.time, motion.begin), motion.end));
+        const { begin, end, moves, held } = driven;
+        lines.hidden = !moves;
+        path.hidden = end <= begin;
+        alone.hidden = !path.hidden;
+        run.disabled = !held;
+        time.range(begin, Math.max(end, begin + 1e-9));
+        if (!held) time.set(Math.min(Math.max(driven.time, begin), end));
       });
     });
     element.append(make("small", {}, "These bodies move along a path. Drag one to move it freely."));
@@ -183,11 +190,18 @@ export class Panel {
       fade.value = String(opacity || 1);
       set();
     };
+    const label = make("span", { class: "name", title: `${name}: ${info.points} points, ${info.tets} tets` }, name);
+    this.sliders.push(({ counts: { plan } }) => {
+      const absent = plan ? plan.absent.includes(body) : (info.absent ?? false);
+      label.classList.toggle("faint", absent);
+      const text = absent ? `${name} (absent)` : name;
+      if (label.textContent !== text) label.textContent = text;
+    });
     const swatch = make("span", { class: "swatch" });
     swatch.style.background = css(this.bodies.meshes[body]!.colour);
     box.checked = true;
     fade.value = "1";
-    return make("div", { class: "body" }, box, swatch, make("span", { class: "name", title: `${name}: ${info.points} points, ${info.tets} tets` }, name), fade);
+    return make("div", { class: "body" }, box, swatch, label, fade);
   }
 
   private bodyList(): HTMLElement {
@@ -229,6 +243,7 @@ export class Panel {
     const inverted = counts.inverted_tets ?? { now: 0, most: 0 };
     const lines: [string, string][] = [];
     if (bad > 0) lines.push(["NOT CONVERGED", `${bad} ${bad === 1 ? "step" : "steps"}: do not trust positions`]);
+    for (const warning of counts.plan?.warnings ?? []) lines.push(["plan", warning]);
     if (inverted.most > 0) lines.push(["inverted tets", `${inverted.now} now, ${inverted.most} at most`]);
     const text = lines.flat().join("");
     if (this.warnings.textContent === text) return;

@@ -66,6 +66,7 @@ export function choose(choices: readonly (string | Choice)[], value: string, cha
 export interface Slider {
   element: HTMLElement;
   set(value: number): void;
+  range(low: number, high: number): void;
 }
 
 /** A slider with its value; `show` and `logarithmic` say how the value reads and grows. */
@@ -80,7 +81,8 @@ export function slider(options: {
   label: string;
 }): Slider {
   const parts = 200;
-  const { low, high, logarithmic } = options;
+  const { logarithmic } = options;
+  let { low, high } = options;
   const toValue = (t: number) => (logarithmic ? low * (high / low) ** t : low + t * (high - low));
   const toFraction = (v: number) => (logarithmic ? Math.log(v / low) / Math.log(high / low) : (v - low) / (high - low));
   const output = make("output");
@@ -105,5 +107,9 @@ export function slider(options: {
     show(value);
   };
   set(options.value);
-  return { element: make("span", { class: "slider" }, input, output), set };
+  const range = (least: number, most: number) => {
+    low = least;
+    high = most;
+  };
+  return { element: make("span", { class: "slider" }, input, output), set, range };
 }

@@ -10,6 +10,8 @@ export interface BodyInfo {
   points: number;
   tets: number;
   rigid?: boolean;
+  /** Not there at the start. */
+  absent?: boolean;
   color: Vector;
 }
 
@@ -35,8 +37,6 @@ export interface FieldInfo {
 
 export interface MotionInfo {
   body: number;
-  begin: number;
-  end: number;
 }
 
 /** What can change while a simulation runs: a block of the scene format. */
@@ -62,6 +62,8 @@ export interface Stage {
   forces?: ForceHistory;
   frames?: number;
   typical_stiffness?: number;
+  /** Names, in their order. */
+  stages?: string[];
   settings: Settings;
   choices?: Record<string, string[]>;
 }
@@ -79,6 +81,11 @@ export interface DrivenMotion {
   time: number;
   offset: Vector;
   held: boolean;
+  /** Whether a motion moves the body in this stage. */
+  moves: boolean;
+  /** Times of its path. */
+  begin: number;
+  end: number;
   /** What the motor gives while it is held. */
   force?: Vector;
 }
@@ -97,6 +104,16 @@ export interface BodyWrench extends Wrench {
 export interface ForceHistory {
   times: number[];
   bodies: number[][];
+}
+
+/** The stage of a scene with stages, and which bodies are absent or rigid in it. */
+export interface Plan {
+  stage: string;
+  number: number;
+  done: boolean;
+  absent: number[];
+  rigid: number[];
+  warnings: string[];
 }
 
 export interface Counts {
@@ -119,6 +136,7 @@ export interface Counts {
   at_rest?: boolean;
   pulls?: Pulled[];
   driven?: DrivenMotion[];
+  plan?: Plan;
 }
 
 export interface Frame {

@@ -96,6 +96,12 @@ export function showLegend(stage: Stage, bodies: BodySet): void {
   if (element.textContent !== ticks.join("")) element.replaceChildren(...ticks.map((tick) => make("span", {}, tick)));
 }
 
+/** ", stage press (2 of 3)", in a scene with stages. */
+function stageText({ counts: { plan } }: Frame, { stages = [] }: Stage): string {
+  if (!plan) return "";
+  return plan.done ? ", all stages done" : `, stage ${plan.stage} (${plan.number} of ${stages.length})`;
+}
+
 /** Simulated time; for developers how many frames and bytes come in a second. */
 export class Rate {
   private time = performance.now();
@@ -114,6 +120,6 @@ export class Rate {
       this.bytes = connection.bytes;
     }
     const step = frame.counts.step === undefined ? "" : `, step ${frame.counts.step}`;
-    byId("clock").textContent = `t = ${frame.time.toFixed(3)} ${stage.units.time}${step}`;
+    byId("clock").textContent = `t = ${frame.time.toFixed(3)} ${stage.units.time}${step}${stageText(frame, stage)}`;
   }
 }

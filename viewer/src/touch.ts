@@ -15,7 +15,8 @@ export interface Hand {
   /** A body is under the mouse, or none; pixels from the corner of the view. */
   hover(body: number | null, x: number, y: number): void;
   strength(): number;
-  offset(motion: number): [number, number, number];
+  /** None where nothing moves the body in this stage. */
+  offset(motion: number): [number, number, number] | undefined;
 }
 
 type Grip =
@@ -70,8 +71,9 @@ export class Touch {
     const plane = new three.Plane().setFromNormalAndCoplanarPoint(normal, hit.point);
     if (bodies.meshes[hit.body]!.info.rigid) {
       const motion = this.hand.stage().motions.findIndex((m) => m.body === hit.body);
-      if (motion < 0) return false;
-      const offset = new three.Vector3(...this.hand.offset(motion));
+      const moved = this.hand.offset(motion);
+      if (!moved) return false;
+      const offset = new three.Vector3(...moved);
       this.grip = { kind: "motion", plane, motion, from: hit.point.clone(), offset };
       return true;
     }
