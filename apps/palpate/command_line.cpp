@@ -54,7 +54,7 @@ void check_help_words(const CLI::App& command, std::span<const char* const> word
     const auto below = above->get_subcommands([](const CLI::App*) { return true; });
     if (below.empty()) {
       throw BadInput("help", "", fmt::format("'{}'", word),
-                     fmt::format("nothing after '{}'", above->get_name()));
+                     fmt::format("no word after '{}', which has no subcommands", above->get_name()));
     }
     const auto found =
         std::ranges::find_if(below, [&](const CLI::App* sub) { return sub->get_name() == word; });

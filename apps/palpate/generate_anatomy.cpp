@@ -34,8 +34,8 @@ fs::path folder_for(const std::string& name, const std::optional<fs::path>& name
   std::error_code ignored;
   fs::path folder = named.value_or(name);
   if (!named && fs::exists(folder, ignored)) {
-    throw BadInput(folder.string(), "", "something of that name already",
-                   "--out DIR, whose files may be replaced");
+    throw BadInput(folder.string(), "", "an existing file or folder",
+                   "no folder of this name; name it with --out to replace its files");
   }
   std::error_code failed;
   fs::create_directories(folder, failed);

@@ -65,7 +65,8 @@ void remove_old_results(const fs::path& folder, const Scene& scene, bool stages)
   for (const fs::path& path : paths) {
     std::error_code failed;
     fs::remove(path, failed);
-    if (failed) throw Error(path.string(), "removing", "'" + failed.message() + "'", "a file or none");
+    if (failed)
+      throw Error(path.string(), "removing", "'" + failed.message() + "'", "a file that can be removed");
   }
 }
 

@@ -70,7 +70,7 @@ BadInput usage_error(CLI::App& command, const CLI::ParseError& error) {
     }
   }
   for (const std::string& word : app.remaining())
-    return {title(app), "", "'" + word + "'", "no such argument"};
+    return {title(app), "", "'" + word + "'", "no further argument"};
   return BadInput(title(app) + ": " + error.what() + " (see --help)");
 }
 

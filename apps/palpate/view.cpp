@@ -98,7 +98,8 @@ bool is_loopback(const std::string& host) {
 
 int serve(ViewOptions options) {
   if (view::page_files().empty()) {
-    throw Error("view", "", "no page in this build", "one: install nodejs and npm, then build again");
+    throw Error("view", "", "a build without the viewer's page",
+                "a build with it: install nodejs and npm, then build again");
   }
   options.server.token = token();
   std::unique_ptr<view::Source> source = open_source(options);

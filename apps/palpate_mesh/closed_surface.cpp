@@ -34,7 +34,7 @@ double diagonal_of(const Box& box, double millimeters, const std::string& source
   constexpr double most = 1e100;
   const double diagonal = millimeters * length(box.upper - box.lower);
   if (diagonal >= least && diagonal <= most) return diagonal;
-  throw Error(source, "", fmt::format("a diagonal of {} mm", diagonal), "one from 1e-100 to 1e100");
+  throw Error(source, "", fmt::format("a diagonal of {} mm", diagonal), "a diagonal from 1e-100 to 1e100 mm");
 }
 
 std::string edge_text(const Surface& surface, const Edge& edge) {

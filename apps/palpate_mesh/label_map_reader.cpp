@@ -84,9 +84,9 @@ std::string short_message(const itk::ExceptionObject& error) {
 
 void check_header(const itk::ImageIOBase& io, const std::string& source) {
   if (io.GetNumberOfComponents() != 1) {
-    throw Error(
-        source, "header", fmt::format("{} values a voxel", io.GetNumberOfComponents()),
-        "one: a label map without overlapping segments (3D Slicer: export the segmentation to a label map)");
+    throw Error(source, "header", fmt::format("{} values a voxel", io.GetNumberOfComponents()),
+                "one value a voxel: a label map without overlapping segments (3D Slicer: export the "
+                "segmentation to a label map)");
   }
   std::int64_t voxels = 1;
   for (unsigned axis = 0; axis < io.GetNumberOfDimensions(); ++axis) {
@@ -96,7 +96,7 @@ void check_header(const itk::ImageIOBase& io, const std::string& source) {
     }
     if (count > most_voxels || (voxels *= count) > most_voxels) {
       throw Error(source, "header", "more than " + std::to_string(most_voxels) + " voxels",
-                  "fewer: crop the map to the organs");
+                  "fewer voxels: crop the map to the organs");
     }
   }
   if (io.GetNumberOfDimensions() < 3) {
@@ -225,7 +225,7 @@ Image::Pointer read_series(const fs::path& folder) {
   const auto series = names->GetSeriesUIDs();
   if (series.size() != 1) {
     throw Error(folder.string(), "", fmt::format("{} DICOM series", series.size()),
-                series.empty() ? "a folder with one" : "one: a folder for each");
+                series.empty() ? "a folder with one" : "one series: put each into a folder of its own");
   }
   const auto reader = itk::ImageSeriesReader<Image>::New();
   reader->SetImageIO(itk::GDCMImageIO::New());

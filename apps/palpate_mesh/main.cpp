@@ -34,8 +34,8 @@ fs::path output_folder(const MeshOptions& options) {
   fs::path folder = input_name(options) + "-bodies";
   std::error_code ignored;
   if (fs::exists(folder, ignored)) {
-    throw BadInput(folder.string(), "", "a folder of that name already",
-                   "--out FOLDER, whose files may be replaced");
+    throw BadInput(folder.string(), "", "an existing folder",
+                   "no folder of this name; name it with --out to replace its files");
   }
   return folder;
 }

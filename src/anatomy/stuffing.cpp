@@ -317,7 +317,7 @@ TetMesh stuff(const Distance& shape, const StuffingOptions& options) {
   check(options);
   TetMesh mesh = largest_part(without_pinched_edges(Stuffing(shape, options).take()));
   if (mesh.tets.empty())
-    throw Error("stuff", "shape", "nothing inside the box", "a shape as thick as a cell");
+    throw Error("stuff", "shape", "no part of the shape in the box", "a shape at least as thick as a cell");
   return mesh;
 }
 

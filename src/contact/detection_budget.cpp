@@ -38,8 +38,9 @@ double work_of(std::size_t contacts, std::size_t spared) {
 void check(const DetectionSettings& settings) {
   const Budget budget = settings.budget.value_or(Budget{});
   if (budget.tests.has_value() == budget.milliseconds.has_value()) {
-    throw Error("detection settings", "budget", budget.tests ? "tests and milliseconds" : "neither",
-                "either tests or milliseconds");
+    throw Error("detection settings", "budget",
+                budget.tests ? "both tests and milliseconds" : "neither tests nor milliseconds",
+                "exactly one of tests and milliseconds");
   }
   if (budget.tests && *budget.tests < 1)
     throw Error("detection settings", "budget.tests", std::to_string(*budget.tests), "at least 1");
@@ -56,10 +57,10 @@ void check(const DetectionSettings& settings) {
   if (settings.structure != Structure::compact || settings.cells_per_primitive) {
     throw Error("detection settings", "budget",
                 settings.cells_per_primitive
-                    ? "it with cells_per_primitive"
-                    : "it with the structure " +
+                    ? "a budget with cells_per_primitive"
+                    : "a budget with the structure " +
                           std::string(structure_names[static_cast<std::size_t>(settings.structure)]),
-                "the structure compact, and exact cells");
+                "the structure compact without cells_per_primitive");
   }
 }
 

@@ -101,7 +101,7 @@ void Dynamics::check_limits(double max_speed, std::optional<double> inverted_tim
   std::size_t first = 0;
   while (!stuck(first)) ++first;
   throw error_at_element(static_cast<Index>(first),
-                         "it inverted for " + number_text(inversion_clocks_[first]) + " s",
+                         "an inversion that has lasted " + number_text(inversion_clocks_[first]) + " s",
                          "less than " + number_text(*inverted_time) + " s (limits.inverted_time)");
 }
 

@@ -37,7 +37,7 @@ std::uint32_t UniformGrid::allocate_block(std::uint32_t size) {
   }
   if (blocks_.size() + size > static_cast<std::size_t>(std::numeric_limits<Index>::max())) {
     throw Error("uniform grid", "", "more entries (cells covered by primitives)",
-                "about 1000000000 at most: a larger cell size");
+                "about 1000000000 at most; use a larger cell size");
   }
   const std::size_t block = blocks_.size();
   blocks_.resize(block + size);

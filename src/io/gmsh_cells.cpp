@@ -66,7 +66,8 @@ void GmshNodeNumbers::finish(const std::string& source) {
   const auto twice = std::adjacent_find(numbers_.begin(), numbers_.end(),
                                         [](const auto& a, const auto& b) { return a.first == b.first; });
   if (twice != numbers_.end()) {
-    throw Error(source, fmt::format("node {}", twice->first), "this number twice", "each node number once");
+    throw Error(source, fmt::format("node {}", twice->first), "two nodes with this number",
+                "each node number once");
   }
   constexpr std::size_t longest_table =
       8;  // entries per node: beyond that a search is cheaper than the memory

@@ -92,7 +92,7 @@ class LegacyFileReader {
   }
 
   void claim_once(bool& seen) {
-    if (seen) scanner_.fail("this section only once");
+    if (seen) scanner_.fail("each section once");
     seen = true;
   }
 

@@ -19,8 +19,8 @@ void check_names(const Scene& scene, const List& list, const char* key) {
   std::set<std::string> names;
   for (std::size_t i = 0; i < list.size(); ++i) {
     if (names.insert(list[i].name).second) continue;
-    throw Error(scene.source, element_path(key, i) + ".name", "'" + list[i].name + "' again",
-                "a name of its own");
+    throw Error(scene.source, element_path(key, i) + ".name", "'" + list[i].name + "' for the second time",
+                "a name that no other has");
   }
 }
 

@@ -40,7 +40,8 @@ inline Index body_named(const Scene& scene, const std::string& name, const std::
     known.push_back(scene.bodies[b].name);
   }
   throw Error(scene.source, where, "'" + name + "'",
-              known.empty() ? "another body (there is none)" : expected_name(name, known) + ", another body");
+              known.empty() ? "the name of another body; this scene has no other"
+                            : expected_name(name, known) + ", another body");
 }
 
 /// Indices of the points with holds(point).

@@ -137,7 +137,7 @@ class ArchiveReader : public Archive<ArchiveReader> {
 
   /// Throws Error where bytes are left.
   void finish() const {
-    if (place_ != bytes_.size()) fail("more bytes", "the end");
+    if (place_ != bytes_.size()) fail("further bytes", "the end of the data");
   }
   [[noreturn]] void fail(std::string found, std::string expected) const {
     throw Error(source_, "byte " + std::to_string(place_), std::move(found), std::move(expected));
@@ -148,11 +148,13 @@ class ArchiveReader : public Archive<ArchiveReader> {
   std::size_t length() {
     std::uint64_t count = 0;
     (*this)(count);
-    if (count > bytes_.size() - place_) fail("a list of " + std::to_string(count), "one that fits the rest");
+    if (count > bytes_.size() - place_)
+      fail("a list of " + std::to_string(count) + " items",
+           "at most one item for each of the bytes that are left");
     return static_cast<std::size_t>(count);
   }
   std::span<const std::byte> next(std::size_t size) {
-    if (size > bytes_.size() - place_) fail("the end", std::to_string(size) + " more bytes");
+    if (size > bytes_.size() - place_) fail("the end of the data", std::to_string(size) + " more bytes");
     place_ += size;
     return bytes_.subspan(place_ - size, size);
   }

@@ -106,8 +106,8 @@ bool all_in(const Range& range, const std::vector<Index>& items, const char* wha
   const auto count = std::ranges::count_if(items, [&](Index i) { return range.begin <= i && i < range.end; });
   if (count == 0) return false;
   if (count == std::ssize(items)) return true;
-  throw Error("model change", "loads", std::string("a load on ") + what + " of several bodies",
-              "loads on one body each");
+  throw Error("model change", "loads", std::string("a load on ") + what + " of more than one body",
+              "loads that act on one body each");
 }
 
 }  // namespace
@@ -117,12 +117,13 @@ void replace_loads(const BodyLoads& change, const Bodies& bodies, LoadSet& loads
   const Body& body = at(bodies.bodies(), change.body);
   for (const PointLoad& load : change.points) {
     if (load.points.empty() || !all_in(body.points, load.points, "points"))
-      throw Error("model change", "loads", "a load without points of '" + body.name + "'", "points of it");
+      throw Error("model change", "loads", "a load without points of '" + body.name + "'",
+                  "one or more of its points");
   }
   for (const SurfaceLoad& load : change.surfaces) {
     if (load.triangles.empty() || !all_in(body.triangles, load.triangles, "triangles")) {
       throw Error("model change", "loads", "a load without triangles of '" + body.name + "'",
-                  "triangles of it");
+                  "one or more of its surface triangles");
     }
   }
   std::erase_if(loads.points,

@@ -54,7 +54,7 @@ void check_keyframe(const Motion& motion, std::size_t k, const std::string& wher
 }
 
 void check_motion(const Motion& motion, const std::string& where) {
-  if (motion.keyframes.empty()) throw Error("motions", where, "no keyframe", "one or more");
+  if (motion.keyframes.empty()) throw Error("motions", where, "no keyframe", "one or more keyframes");
   if (!is_finite(motion.center)) {
     throw Error("motions", where + ".center", "a number that is not finite", "three finite numbers");
   }

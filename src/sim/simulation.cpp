@@ -200,8 +200,9 @@ void Simulation::change(const SimulationSettings& settings) {
   ContactResponse::check_settings(settings.response);
   check_integration(settings, s.dynamics.elements().is_viscous());
   if (settings.time_step != s.settings.time_step) {
-    throw Error("simulation settings", "time_step", number_text(settings.time_step),
-                number_text(s.settings.time_step) + ", as it is: steps are counted in it");
+    throw Error(
+        "simulation settings", "time_step", number_text(settings.time_step),
+        number_text(s.settings.time_step) + ", the present value: it cannot change during a simulation");
   }
   if (settings.detection != s.settings.detection) {
     Detector detector(s.bodies, without_absent(settings.detection, s.holds.absent), s.obstacles,

@@ -107,7 +107,7 @@ void Simulation::set_velocities(std::span<const Index> points, std::span<const V
     if (fem::along(at(s.dynamics.held_axes(), points[i]), velocities[i]) == Vec3{}) continue;
     throw Error("simulation", "velocities",
                 "point " + std::to_string(points[i]) + ", which moves along an axis that is fixed",
-                "zero along it");
+                "a velocity of zero along it");
   }
   s.dynamics.set_velocities(points, velocities);
   s.measure();

@@ -15,7 +15,7 @@ namespace {
 void check_index(const char* what, Index found, Index count) {
   if (found < 0 || found >= count) {
     const std::string expected =
-        count > 0 ? "0 to " + std::to_string(count - 1) : "none: there is no " + std::string(what);
+        count > 0 ? "0 to " + std::to_string(count - 1) : "no index, since there is no " + std::string(what);
     throw Error("simulation", what, std::to_string(found), expected);
   }
 }

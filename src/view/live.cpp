@@ -217,7 +217,8 @@ void LiveSource::apply(Client client, const Pull& pull) {
   }
   const Index point = at(surface_.points(), pull.vertex);
   if (!is_free(point)) {
-    throw Error("pull", "", "a point that is fixed, rigid or prescribed", "one of tissue that can move");
+    throw Error("pull", "", "a point that is fixed, rigid or prescribed",
+                "a point of soft tissue that can move");
   }
   const Vec3 target = stage_.origin + pull.target;
   const double stiffness = pull.strength * usual_stiffness(at(bodies().body_of_point(), point));

@@ -73,7 +73,7 @@ void PageSession::take(std::string_view text) {
                     [&](std::uint64_t frame) { return static_cast<double>(frame) <= shown->frame; });
       send_news();
     } else if (!hub_->player->post(client_, std::move(command))) {
-      tell_refusal("too many commands at a time");
+      tell_refusal("too many commands at once");
     }
   } catch (const Error& error) {
     tell_refusal(error.what());

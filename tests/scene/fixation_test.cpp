@@ -56,7 +56,7 @@ TEST(Fixation, RefusesOtherAxes) {
   for (const char* axes : {"w", "xx", "xyzx", "X", "x y"}) {
     EXPECT_EQ(problem(R"("fixed": [{"points": [0], "axes": ")" + std::string(axes) + "\"}]"),
               "s.json: bodies[0].fixed[0].axes: found '" + std::string(axes) +
-                  "', expected some of the letters x, y and z, as \"xz\"");
+                  "', expected one or more of the letters x, y and z, such as \"xz\"");
   }
 }
 

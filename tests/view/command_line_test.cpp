@@ -134,8 +134,10 @@ TEST_F(View, RefusesInOneLine) {
   write("picture", "\x89PNG");
   const std::string kinds =
       "expected a scene (.json), a mesh of tets (.vtu .vtk .msh .node .ele .mesh) or the folder of a run";
-  expect_error(2, {"view", "README.md"}, {"README.md: found a file of another kind, " + kinds});
-  expect_error(2, {"view", "picture"}, {"picture: found a file of another kind, " + kinds});
+  expect_error(2, {"view", "README.md"},
+               {"README.md: found a file that is neither a mesh nor a scene, " + kinds});
+  expect_error(2, {"view", "picture"},
+               {"picture: found a file that is neither a mesh nor a scene, " + kinds});
   expect_error(2, {"view", "nothing"}, {"nothing: found no such file or folder, " + kinds});
   expect_error(2, {"view", "skin.stl"}, {"skin.stl: found a surface", "palpate mesh skin.stl"});
   for (const std::vector<std::string>& flag :
