@@ -96,8 +96,8 @@ SurfaceDistance distance_between(const std::vector<Triangle3>& a, const std::vec
   std::ranges::sort(distances);
   SurfaceDistance found;
   for (const double d : distances) found.mean += d / static_cast<double>(distances.size());
-  found.most = distances.back();
-  found.most_of_95 = distances[(distances.size() - 1) * 95 / 100];
+  found.largest = distances.back();
+  found.percentile_95 = distances[(distances.size() - 1) * 95 / 100];
   return found;
 }
 

@@ -13,8 +13,8 @@ namespace palpate::app {
 /// Distances between two surfaces, mm.
 struct SurfaceDistance {
   double mean = 0.0;
-  double most_of_95 = 0.0;  ///< 95 % of the distances are at most this
-  double most = 0.0;        ///< Hausdorff distance
+  double percentile_95 = 0.0;  ///< 95 % of the distances are at most this
+  double largest = 0.0;        ///< Hausdorff distance
 };
 
 /// Comparison of a tissue of a mesh with its voxels.

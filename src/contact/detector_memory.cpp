@@ -1,4 +1,5 @@
-// The state that later detections depend on: saved for a resumed run, or held while a step may still fail.
+// The state that later detections depend on. It is saved for a resumed run, or held while a step may still
+// fail.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -97,7 +98,7 @@ void Detector::recall(const DetectorMemory& memory, std::span<const Vec3> positi
   s.step = memory.detections - 1;
   s.recall_budget(memory);
   s.skips_coherence = true;
-  s.tables.now() = {};  // its contacts are those of other positions
+  s.tables.now() = {};  // its contacts belong to other positions
   s.plane_cache = {};
   detect(positions, memory.fraction);
   s.skips_coherence = false;
@@ -122,7 +123,8 @@ void Detector::State::hold() {
   held.late_bodies = budget->late_bodies();
 }
 
-/// Call before border edges are found while a table is held: swaps them and the crossings with free memory.
+/// Call before border edges are found while a table is held: swaps the held lists (border edges and
+/// crossings) with free memory.
 void Detector::State::keep_held_lists() {
   if (!held.active || held.has_lists) return;
   border_edges.swap_edges(held.border_edges);

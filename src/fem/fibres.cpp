@@ -62,7 +62,7 @@ void check_pieces(const fem::ScalarTets& tets, std::span<const std::uint8_t> end
   }
 }
 
-/// Fills tets without a direction by the mean of tets with a common point, repeatedly.
+/// Sets missing directions to the mean of those of tets with a common point, repeatedly.
 void fill_gaps(const Bodies& bodies, Range tets, std::vector<Vec3>& directions) {
   std::vector<Index> open;
   for (Index tet = 0; tet < tets.size(); ++tet)
@@ -78,7 +78,8 @@ void fill_gaps(const Bodies& bodies, Range tets, std::vector<Vec3>& directions) 
     for (std::size_t i = 0; i < open.size(); ++i) at(directions, open[i]) = found[i];
     const std::size_t before = open.size();
     std::erase_if(open, [&](Index tet) { return at(directions, tet) != Vec3{}; });
-    if (open.size() == before) return;  // directions cancel: the remaining tets keep that of their material
+    if (open.size() == before)
+      return;  // directions cancel: the remaining tets keep the direction of their material
   }
 }
 

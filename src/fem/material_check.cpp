@@ -16,7 +16,7 @@ void refuse(std::string_view owner, const char* key, const std::string& found, c
   throw Error(std::string(owner), key, found, expected);
 }
 
-/// The least Poisson ratio with which the bulk modulus of the law, lambda + 5/8 first, is positive.
+/// The lowest Poisson ratio for which the bulk modulus of the law, lambda + 5/8 first, is positive.
 double least_poisson_ratio(const Material& material) {
   const double fraction = material.model == MaterialModel::mooney_rivlin ? material.mooney_fraction : 0.0;
   const double factor = 5.0 / 6.0 * (1.0 - fraction);            // of mu

@@ -7,7 +7,7 @@
 
 namespace palpate::fem {
 
-/// Strain and stress of one element; see TissueState. NaN stress where J <= 0.
+/// Strain and stress of one element; see TissueState. The stress is NaN where J <= 0.
 struct ElementStress {
   Matrix3 deformation_gradient;
   SymmetricMatrix3 strain;
@@ -35,8 +35,8 @@ struct ElementStress {
 /// The elastic stress in the rotated frame of the element, the symmetric part of R^T P (Biot's), without
 /// viscosity and active fibres, Pa.
 [[nodiscard]] SymmetricMatrix3 biot_stress(const ElementDeformation& element);
-/// P of a stress T fixed in the rotated frame, R (T + [w]_x): the derivative of T : R^T F, with w =
-/// plastic_twist() for T. It has no torque.
+/// P of a stress T that is fixed in the rotated frame: P = R (T + [w]_x), the derivative of T : R^T F, with w
+/// = plastic_twist() for T. It exerts no torque.
 [[nodiscard]] Matrix3 first_piola_stress(const SymmetricMatrix3& biot, const Matrix3& gradient,
                                          const Matrix3& rotation);
 /// Elastic energy per volume at rest, with that of Maxwell elements, J/m^3.
@@ -44,7 +44,7 @@ struct ElementStress {
 
 [[nodiscard]] double von_mises(const SymmetricMatrix3& stress);
 
-/// Conversion to the order of VTK, and back.
+/// Converts to the component order of VTK, and back.
 [[nodiscard]] constexpr SymmetricTensor to_tensor(const SymmetricMatrix3& a) {
   return {a.xx, a.yy, a.zz, a.xy, a.yz, a.xz};
 }

@@ -23,7 +23,7 @@ std::string title(const Bodies& bodies, Index body) {
   return "'" + at(bodies.bodies(), body).name + "'";
 }
 
-/// Changes the constraints of points and bodies, one kind of change after the other.
+/// Applies the changes of a ModelChange to the constraints, one kind after the other.
 class Changer {
  public:
   Changer(const Bodies& bodies, std::span<const Vec3> positions, HeldModel& held)

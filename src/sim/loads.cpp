@@ -74,7 +74,7 @@ void check_load(const SurfaceLoad& load, const std::string& where, const Bodies&
   check_ramp(load.ramp, where + ".ramp");
 }
 
-/// A uniform load on a triangle, in equal parts on its corners.
+/// Adds a uniform load on a triangle: equal parts on its three corners.
 void add_to_corners(const Triangle& t, const Vec3& force, std::vector<Vec3>& forces) {
   for (const Index corner : t) at(forces, corner) += (1.0 / 3.0) * force;
 }
@@ -101,7 +101,7 @@ LoadSet loads_of(const Model& model) {
 
 namespace {
 
-/// Whether all of these are in a range; false if none is. Throws Error if only some are.
+/// Whether all of these indices are in a range; false if none is. Throws Error if only some are.
 bool all_in(const Range& range, const std::vector<Index>& items, const char* what) {
   const auto count = std::ranges::count_if(items, [&](Index i) { return range.begin <= i && i < range.end; });
   if (count == 0) return false;

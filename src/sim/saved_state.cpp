@@ -9,7 +9,7 @@
 
 namespace palpate {
 
-// The data of fingerprints; the archive finds these functions by argument-dependent lookup.
+// describe() of the data of fingerprints; the archive finds these functions by argument-dependent lookup.
 
 template <class Archive>
 void describe(Archive& archive, Fibres& f) {
@@ -52,7 +52,7 @@ namespace {
 
 constexpr const char* source_name = "saved state";
 
-/// Uses copies, since an archive takes non-const references.
+/// Works on copies, since an archive takes non-const references.
 template <class... Parts>
 std::uint64_t hash_of(Parts... parts) {
   ArchiveWriter writer;
@@ -204,7 +204,8 @@ void check_saved(const SavedState& saved, const Bodies& bodies) {
   check_contacts(saved.contacts, bodies);
   check_kept(saved.kept_contacts, bodies);
   check_ends(saved.edge_ends, bodies);
-  constexpr std::int64_t most_steps = std::int64_t{1} << 53;  // exact as a double, for the time
+  constexpr std::int64_t most_steps = std::int64_t{1}
+                                      << 53;  // the time, a double, is exact up to this number of steps
   if (saved.metrics.step < 0 || saved.metrics.step > most_steps || saved.slow_steps < 0 ||
       saved.slow_steps > saved.metrics.step) {
     throw Error(source_name, "step", std::to_string(saved.metrics.step), "a number of steps");

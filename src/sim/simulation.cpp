@@ -42,7 +42,7 @@ const SimulationSettings& checked(const SimulationSettings& s) {
   return s;
 }
 
-/// BDF2 knows neither stresses of the past nor paths within a step.
+/// Throws Error if BDF2 is combined with viscosity or continuous detection, which it does not support.
 void check_integration(const SimulationSettings& s, bool viscous) {
   if (s.time_integration == TimeIntegration::implicit_euler) return;
   if (!viscous && !s.detection.continuous) return;
@@ -120,7 +120,7 @@ void Simulation::State::start(const std::vector<Vec3>& velocities, const std::ve
   measure();
 }
 
-/// Energies and extremes at the end of a step.
+/// Computes energies and extremes at the end of a step.
 void Simulation::State::measure() {
   metrics.kinetic_energy = dynamics.kinetic_energy();
   metrics.elastic_energy = dynamics.elastic_energy();

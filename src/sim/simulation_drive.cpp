@@ -13,7 +13,7 @@
 namespace palpate {
 namespace {
 
-/// Checks values for points: one for each, finite, of points with may(point).
+/// Checks values for points: one for each, finite, and only for points where may(point) is true.
 template <class May>
 void check_values(const char* name, std::span<const Index> points, std::span<const Vec3> values,
                   std::size_t count, May&& may, const char* why, const char* expected) {

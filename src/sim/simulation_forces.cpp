@@ -22,7 +22,7 @@ void check_index(const char* what, Index found, Index count) {
 
 }  // namespace
 
-/// Between the last solve and the end of the step.
+/// Records forces and reactions; call between the last solve and the end of the step.
 void Simulation::State::collect_forces() {
   step_forces.take(
       threads, couplings,
