@@ -7,7 +7,7 @@
 
 namespace palpate::scene_format {
 
-/// For each of three keys, whether it is given; exactly one must be.
+/// For each of three keys, whether it is given. Exactly one must be.
 using Alternatives = std::array<std::pair<std::string, bool>, 3>;
 template <class Visitor>
 void require_one(Visitor& v, const Alternatives& keys) {

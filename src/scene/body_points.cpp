@@ -137,8 +137,8 @@ class BodyPoints {
       model_.ties.push_back({range_.begin + i, tet, attachment.stiffness});
     }
   }
-  /// Throws Error where the motion does not start at the placement of the body: a bone that starts elsewhere
-  /// would tear the tissue.
+  /// Throws Error if the motion does not start where the body is placed: a bone that starts elsewhere would
+  /// tear the tissue.
   void check_start(const std::string& to, const Motion& motion, const std::string& where) const {
     const Keyframe& first = motion.keyframes.front();
     const Vec3 turned{first.quaternion[1], first.quaternion[2], first.quaternion[3]};

@@ -28,7 +28,7 @@ struct FieldArrays {
 /// One field, at points or at tets. Throws Error as above, and for contacts or reactions at tets.
 [[nodiscard]] FieldArray field_array(const Simulation& simulation, const std::string& name, bool of_tets);
 
-/// For each row, its number or the length of its vector.
+/// For each row: its number, or the length of its vector.
 [[nodiscard]] std::vector<double> row_sizes(std::vector<double> values, int components);
 
 /// One number for each point: the value of the field, or the length of its vector. NaN where it has no value.

@@ -18,8 +18,8 @@
 #include "scene/stage_fields.hpp"
 
 /// The definition of the scene format: the keys of each object, the members that they set, and their limits.
-/// The reader, the writer and the list of keys are visitors of these tables (values.hpp lists the functions
-/// of a visitor).
+/// The reader, the writer and the list of keys are visitors of these functions (values.hpp lists the
+/// functions of a visitor).
 namespace palpate::scene_format {
 
 template <class Visitor>
@@ -377,7 +377,7 @@ inline bool names_three_sides(std::string_view axes) {
 
 template <class Visitor>
 void describe(Visitor& v, Scene& scene) {
-  v.ignored("$schema");  // used by editors
+  v.ignored("$schema");  // for editors
   v.field("name", scene.name);
   v.object("units", scene.units);
   v.set_units(scene.units);

@@ -109,7 +109,7 @@ void mark_self_collision(Scene& scene) {
   for (const SceneBody& body : scene.bodies) flags.push_back(body.self_collision ? 1 : 0);
 }
 
-/// Bodies that are not to touch each other.
+/// The pairs of bodies that must not touch each other.
 void ignore_pairs(Scene& scene) {
   auto& pairs = scene.settings.detection.ignored_pairs;
   pairs.clear();
@@ -139,13 +139,13 @@ void fill(Scene& scene, const nlohmann::json& json) {
   ignore_pairs(scene);
 }
 
-/// A change of the text of a scene, and the path of the changed value as the reader names it.
+/// A change of a scene by its text, and the path of the changed value in the reader's errors.
 struct AppliedChange {
   const std::string& text;
   std::string path;
 };
 
-/// The change that gave the value at a key path, or null.
+/// The change that gave the value at a key path; null if there is none.
 const AppliedChange* change_at(const std::string& where, const std::vector<AppliedChange>& changes) {
   const auto gave = [&](const AppliedChange& change) {
     const std::size_t end = change.path.size();
@@ -184,7 +184,7 @@ namespace {
 
 nlohmann::ordered_json scene_json(const Scene& scene, const nlohmann::ordered_json* defaults = nullptr) {
   scene_format::Writer writer("", defaults, defaults != nullptr);
-  // The same tables are used for reading and writing, so they take non-const references.
+  // The same functions are used for reading and writing, so they take non-const references.
   Scene copy = scene;
   describe(writer, copy);
   return writer.take();

@@ -24,7 +24,7 @@ void check_names(const Scene& scene, const List& list, const char* key) {
   }
 }
 
-/// The body of each element of a list.
+/// The body that each item of a list refers to.
 template <class List>
 void check_each(const Scene& scene, const List& list, const std::string& path) {
   for (std::size_t i = 0; i < list.size(); ++i)

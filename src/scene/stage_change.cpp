@@ -182,8 +182,8 @@ class StageReader {
 
   const Scene& scene_;
   const Bodies& bodies_;
-  std::vector<std::uint8_t> absent_;  ///< (n_bodies) after the stages so far
-  std::vector<std::uint8_t> rigid_;   ///< (n_bodies) the same
+  std::vector<std::uint8_t> absent_;  ///< (n_bodies) 1: absent after the stages so far
+  std::vector<std::uint8_t> rigid_;   ///< (n_bodies) 1: rigid after the stages so far
   const Stage* stage_ = nullptr;
   std::string path_;
   StageChanges::Changes changes_;

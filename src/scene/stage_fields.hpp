@@ -86,7 +86,7 @@ void describe(Visitor& v, StageEnd& end) {
          end.time ? "only one of the two" : "the time after which the stage ends in any case");
 }
 
-/// A name that is also used for a file and a column.
+/// A name that is also the name of a file and a column.
 template <class Visitor>
 void require_plain_name(Visitor& v, std::string& name) {
   v.required("name", name);

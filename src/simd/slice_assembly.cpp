@@ -15,7 +15,7 @@ namespace palpate::simd::HWY_NAMESPACE {
 
 #if HWY_TARGET != HWY_SCALAR && !HWY_HAVE_SCALABLE
 
-/// Sum of a_i a_j^T, and of r a_i a_j^T if r differs between elements.
+/// Sum of a_i a_j^T; also of r a_i a_j^T if r differs between elements.
 template <bool mixed>
 struct TermSums {
   std::array<FloatV, 9> x;
