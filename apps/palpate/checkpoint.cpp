@@ -17,7 +17,7 @@
 
 namespace palpate::app {
 
-// The members of a checkpoint, for archives. Archives find these functions by argument-dependent lookup.
+// Functions that list the members of a checkpoint for archives, which find them by argument-dependent lookup.
 
 template <class Archive>
 void describe(Archive& archive, RunPlan& p) {
@@ -181,7 +181,7 @@ void CheckpointWriter::add(const Simulation& simulation, const RunOutcome& outco
   if (step == last_step_ || (!due && !always)) return;
   const fs::path path = folder_ / file_name(step);
   write(path, simulation, outcome, outputs);
-  // A resumed run with no steps left writes the checkpoint again that it started from.
+  // A resumed run that has no steps left writes its own checkpoint again.
   if (last_ != path) remove_but({path, last_.value_or(path)});
   last_ = path;
   last_step_ = step;

@@ -72,7 +72,7 @@ void CsvFile::flush() {
     left.remove_prefix(static_cast<std::size_t>(written));
     bytes_ += static_cast<std::uint64_t>(written);
   }
-  // A removed file can still be written to, but its content would be lost.
+  // Writing to a removed file succeeds, but its content would be lost.
   struct stat status {};
   if (::fstat(descriptor_, &status) == 0 && status.st_nlink == 0)
     throw Error(path_.string(), "writing", "that the file was removed during the run",

@@ -45,8 +45,8 @@ FolderLock::FolderLock(const std::filesystem::path& folder) : path_(folder / ".l
 }
 
 FolderLock::~FolderLock() {
-  // Removes the name before the lock is released: a run that opens the file in between sees that the path no
-  // longer names it.
+  // Remove the name before releasing the lock. A run that opens the file in between then sees that the path
+  // no longer names it.
   if (leads_to(path_, descriptor_)) ::unlink(path_.c_str());
   ::close(descriptor_);
 }

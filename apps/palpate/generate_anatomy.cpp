@@ -81,7 +81,7 @@ struct LabelOptions {
   anatomy::FloorDefect defect;
 };
 
-/// Adds a generator of a label map; `make` is called with what was asked for.
+/// Adds a generator of a label map. `make` is called with the options that the user gave.
 Subcommand add_labels(CLI::App& generate, const std::string& name, const std::string& help,
                       const std::shared_ptr<LabelOptions>& options,
                       std::function<anatomy::OrganLabels(const LabelOptions&)> make) {
@@ -110,7 +110,7 @@ Subcommand add_eye_labels(CLI::App& generate) {
                     [](const LabelOptions& options) { return anatomy::eye_labels(options.voxel); });
 }
 
-/// "A,B"
+/// Parses two numbers "A,B".
 std::pair<double, double> parse_pair(const std::string& flag, const std::string& text) {
   const std::size_t comma = text.find(',');
   if (comma == std::string::npos) throw BadInput(flag, "", "'" + text + "'", "two numbers: A,B");

@@ -65,7 +65,7 @@ int write_new(const NewOptions& options) {
   mesh.request.folder = path.parent_path();
   const NewScene made = new_scene_as_agreed(mesh);
   Scene written = made.first.scene;
-  written.name = path.stem().string();  // results go to a folder of this name
+  written.name = path.stem().string();  // results are written to a folder with this name
   written.source = path.string();
   load_scene_input(written);  // reads it as 'run' will, so that errors and warnings appear now
   io::write_atomically(path, write_brief_scene(written));

@@ -27,11 +27,12 @@ struct NewScene {
 /// The first scene of a mesh file. Throws BadInput naming the file.
 NewScene new_scene_of(const NewSceneRequest& request);
 
-/// "liver.vtu in mm: 0.21 m, 1.4 kg; its lowest tenth is held, and an instrument presses it", one line.
-/// \param stages  whether the scene's stages are run, in which an instrument presses what has fallen
+/// A line on the new scene, such as "liver.vtu in mm: 0.21 m, 1.4 kg; its lowest tenth is held, and an
+/// instrument presses it".
+/// \param stages  whether the stages of the scene run, in which an instrument presses the body after its fall
 std::string description_of(const NewScene& made, bool stages);
 
-/// "palpate new liver.vtu --unit mm": the command that writes this scene.
+/// The command that writes this scene, such as "palpate new liver.vtu --unit mm".
 std::string command_of(const NewScene& made);
 
 }  // namespace palpate::app

@@ -94,8 +94,8 @@ ForcesFile open_forces(const Begin& begin, const ForceProbe& probe) {
   return {path, probe, begin.input.scene.units};
 }
 
-/// Where the results of a run are written. Rows are opened first: if they cannot be continued, nothing has
-/// been changed yet.
+/// The places where the results of a run are written. The CSV files are opened first: if they cannot be
+/// continued, nothing has been changed yet.
 struct Outputs {
   Outputs(const Begin& begin, const ForceProbe& probe, const OutcomeProbe& outcomes)
       : lock(begin.folder),
@@ -116,8 +116,8 @@ struct Outputs {
 };
 
 RunOutcome step_through(const Begin& begin, Simulation& simulation, const RunOutputs& outputs) {
-  // Lives only during the steps: Ctrl-C during the picture ends the command at once, and only the picture is
-  // missing.
+  // It exists only during the steps, so Ctrl-C while the picture is drawn ends the command at once, and only
+  // the picture is missing.
   const InterruptFlag interrupt;
   try {
     return run_loop(simulation, begin.plan.most_steps, begin.plan.until_rest, interrupt, outputs,
@@ -226,7 +226,7 @@ int run(const RunOptions& options) {
       render_pictures({folder, scene, simulation, start, material_of_tet, outcome, options.threads},
                       options.quiet);
       pictures = picture_paths(folder, scene);
-    } catch (const Error& error) {  // the run itself is complete
+    } catch (const Error& error) {  // the results of the run are complete
       outcome.failure = error.what();
     }
   }

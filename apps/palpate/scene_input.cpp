@@ -81,7 +81,7 @@ Scene read_chosen(const SceneChoice& choice) {
   return read_scene(choice.file, choice.changes);
 }
 
-/// Indices of tets whose corners have another order than before.
+/// Indices of tets whose corners are in another order than before.
 std::vector<Index> changed_tets(const std::vector<Tet>& before, const std::vector<Tet>& after) {
   std::vector<Index> changed;
   for (std::size_t t = 0; t < after.size(); ++t) {

@@ -61,7 +61,7 @@ std::string token() {
                  "16 to 128 letters, digits, '-' and '_'");
 }
 
-/// The scene to show; for a mesh, one is made.
+/// Loads the scene to show. For a mesh, makes a scene.
 SceneInput scene_to_view(const ViewOptions& options) {
   if (!is_mesh(options.what.file)) {
     refuse_what_is_no_scene(options.what.file,

@@ -43,8 +43,8 @@ ordered_json interface_json(const InterfaceMatch& match, const TissuePlan& plan)
       {"closed_area", match.closed_area}};
 }
 
-/// Fraction of the area between tissues that is closed in the mesh, without open pairs; 1 where there is no
-/// such area.
+/// Fraction of the area between tissues that is closed in the mesh, without open pairs; 1 if there is no such
+/// area.
 double closed_fraction(const ConformingMesh& made, const TissuePlan& plan) {
   double closed = 0.0;
   double all = 0.0;

@@ -76,7 +76,7 @@ itk::ImageIOBase::Pointer reader_of(const fs::path& path) {
 std::string short_message(const itk::ExceptionObject& error) {
   std::string text = error.GetDescription();
   std::ranges::replace(text, '\n', ' ');
-  // "itk::ERROR: NrrdImageIO(0x558cf5b8a2d0): ": an address is of no use in a message.
+  // An address as in "itk::ERROR: NrrdImageIO(0x558cf5b8a2d0): " is of no use in a message.
   if (const auto place = text.find("): "); text.find("(0x") < place && place != std::string::npos)
     text.erase(0, place + 3);
   return text;
@@ -121,7 +121,7 @@ std::optional<std::string> file_of_voxels(const fs::path& path) {
   return std::nullopt;
 }
 
-/// Reading a pipe or a device may never end.
+/// Refuses pipes and devices, since reading them may never end.
 void check_file_of_voxels(const fs::path& path) {
   const std::optional<std::string> name = file_of_voxels(path);
   if (!name) return;
@@ -136,7 +136,7 @@ void check_file_of_voxels(const fs::path& path) {
 void check_bytes(const itk::ImageIOBase& io, const fs::path& path) {
   const std::string name = lower_name(path);
   if (name.ends_with(".nhdr") || name.ends_with(".mhd") || file_of_voxels(path)) return;
-  constexpr double most_deflated = 1032.0;  // zlib: no more bytes from one
+  constexpr double most_deflated = 1032.0;  // zlib never makes more bytes from one
   const auto bytes = static_cast<double>(fs::file_size(path));
   double needed = io.GetComponentSize();
   for (unsigned axis = 0; axis < io.GetNumberOfDimensions(); ++axis) {

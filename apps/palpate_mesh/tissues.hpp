@@ -60,9 +60,9 @@ class Tissues {
   std::vector<std::uint16_t> voxels_;
   std::vector<Lattice> fields_;     ///< blurred masks, of the box of each tissue
   std::vector<double> offsets_;     ///< (n_tissues)
-  std::vector<Lattice> free_;       ///< (n_tissues), > 0 where the tissue may be; empty where there is no gap
+  std::vector<Lattice> free_;       ///< (n_tissues), > 0 where the tissue is allowed; empty without a gap
   std::array<int, 3> cells_{};      ///< between voxel centres, with a margin round the map
-  std::vector<std::int16_t> cell_;  ///< (n_cells), the tissue of a whole cell; -1: several
+  std::vector<std::int16_t> cell_;  ///< (n_cells) the tissue of a cell that has only one; -1: several
 };
 
 }  // namespace palpate::app

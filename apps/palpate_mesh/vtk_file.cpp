@@ -12,7 +12,7 @@
 namespace palpate::app {
 namespace {
 
-// vtkCellType.h
+// Cell types of vtkCellType.h.
 constexpr std::int64_t triangle = 5;
 constexpr std::int64_t polygon = 7;
 constexpr std::int64_t quad = 9;

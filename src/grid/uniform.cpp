@@ -67,8 +67,8 @@ void UniformGrid::insert(std::uint64_t cell, Index reference) {
 }
 
 void UniformGrid::keep_some_room(std::size_t capacity_before) {
-  // Growth by doubling allocates up to twice the needed blocks. Much more than that is left from earlier
-  // frames.
+  // Growth by doubling allocates up to twice the needed blocks. Blocks far beyond that are left over from
+  // earlier frames.
   constexpr std::size_t most_spare = 8;
   keep_room(blocks_, capacity_before, blocks_.size() / 8);
   if (blocks_.capacity() > std::max<std::size_t>(65536, most_spare * blocks_.size())) {

@@ -22,7 +22,7 @@ struct CloseFile {
   throw Error(path.string(), "", found, expected);
 }
 
-/// Git LFS Specification, "The Pointer".
+/// The first line of a pointer file (Git LFS Specification, "The Pointer").
 void refuse_lfs_pointer(const std::filesystem::path& path, const std::string& expected) {
   constexpr std::string_view head = "version https://git-lfs.github.com/spec/";
   std::array<char, head.size()> bytes{};

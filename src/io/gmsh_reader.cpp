@@ -38,7 +38,7 @@ class GmshReader {
     return std::move(mesh_.file);
   }
 
-  /// After read(): the vector of the element that each tet is of, three numbers.
+  /// After read(): for each tet the vector of its element, three numbers.
   [[nodiscard]] std::vector<double> vectors_of_tets() const {
     if (!step_) throw Error(scanner_.source(), "", "no cell data of the name '" + name_ + "'", "some");
     std::vector<double> vectors;

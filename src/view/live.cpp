@@ -49,7 +49,7 @@ LiveSource::LiveSource(const Scene& scene, Model model, int threads)
       simulation_(Model(model_), scene.settings, threads),
       surface_(simulation_.bodies()),
       edge_lengths_(mean_edge_lengths(simulation_.bodies())),
-      // A fifth of an edge per step, which tissue in contact can follow.
+      // A fifth of an edge per step; tissue in contact can follow that.
       motions_(model_.motions, 0.2 * *std::min_element(edge_lengths_.begin(), edge_lengths_.end())),
       limits_(model_, simulation_.contact_materials(), edge_lengths_, scene.settings.time_step),
       stage_{about(scene), extent_of(simulation_.positions()).center} {}
@@ -174,7 +174,7 @@ Index LiveSource::spring(const Held& held) {
   return simulation_.grab({point, held.target, stiffness});
 }
 
-/// Limits the force of pulls, so that a hand far away does not destroy the tissue.
+/// Limits the force of pulls, so that a hand that is far away does not destroy the tissue.
 void LiveSource::lead_pulls() {
   for (auto& [client, held] : pulls_) {
     simulation_.release(held.grab);

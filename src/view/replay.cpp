@@ -61,7 +61,7 @@ void ReplaySource::read_run(const std::filesystem::path& folder) {
   }
 }
 
-/// Cuts the first frame into bodies: points and tets of a frame are ordered by body.
+/// Splits the first frame into bodies: points and tets of a frame are ordered by body.
 void ReplaySource::make_bodies(const std::filesystem::path& folder) {
   const TetMesh all = io::read_mesh(frames_.front().file).mesh;
   std::size_t points = 0;
