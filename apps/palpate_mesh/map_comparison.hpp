@@ -42,7 +42,7 @@ struct InterfaceMatch {
 
 struct MapComparison {
   std::vector<TissueMatch> tissues;        ///< (n_tissues)
-  std::vector<InterfaceMatch> interfaces;  ///< by tissues; of all pairs that touch in map or mesh
+  std::vector<InterfaceMatch> interfaces;  ///< of all pairs that touch in map or mesh, sorted by tissues
 };
 
 /// Compares a mesh in the axes of the map with the map. O(tets x lines of voxels in each + voxels).

@@ -21,8 +21,8 @@ class Tissues {
   /// tissues).
   Tissues(const LabelMap& map, const std::vector<LabelExtent>& extents, double smoothing);
 
-  /// Leaves half of `gap` (mm) free along the interfaces of a tissue with others: the distance to these
-  /// others, > 0 outside them, at the points of a lattice.
+  /// Moves the surface of a tissue back by half of `gap` (mm) where it meets certain other tissues.
+  /// \param distance_to_others  distance to these tissues at the points of a lattice, mm; > 0 outside them
   void draw_back(int tissue, Lattice distance_to_others, double gap);
 
   /// The tissue at a place, 0 for none. O(tissues) near interfaces, else O(1).

@@ -65,8 +65,8 @@ class ClusterQuery {
 
   /// The points in tets, in arbitrary order, but the same for every thread count.
   [[nodiscard]] std::span<const PointInTet> found() const { return found_; }
-  /// Number of candidates. A candidate is a pair of a point and a tet: the point is in the box of the tet's
-  /// cluster, or on its near list. Corners of the tet count.
+  /// Counts of the last query. Its candidates are pairs of a point and a tet: the point is in the box of the
+  /// tet's cluster, or on its near list. Corners of the tet count.
   [[nodiscard]] QueryTally tally() const { return total(tallies_); }
   [[nodiscard]] const Clusters& clusters() const { return clusters_; }
   [[nodiscard]] const NearLists& lists() const { return lists_; }

@@ -62,8 +62,8 @@ class PlaneCache {
     return sources_.empty() || planes_[contact].direction == Vec3{} ? nullptr : &planes_[contact];
   }
 
-  /// Stores the planes of a table after its depths were computed; outcome(contact) says how. Call after
-  /// choose() or choose_none() of this detection.
+  /// Stores the planes of a table after its depths were computed. outcome(contact) returns how each was
+  /// obtained. Call after choose() or choose_none() of this detection.
   template <class Outcomes>
   void update(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
               ContactTable& table, const ContactTable& last, Outcomes&& outcome) const {

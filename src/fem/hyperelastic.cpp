@@ -145,7 +145,7 @@ Vec3 right_frame(const HyperelasticTangent& t, const Vec3& g) {
           t.right(0, 2) * g.x + t.right(1, 2) * g.y + t.right(2, 2) * g.z};
 }
 
-/// U M U^T between two corners; a and b are V^T g of these.
+/// Stiffness block U M U^T between two corners; a and b are V^T g of the two.
 Matrix3 rotated_block(const HyperelasticTangent& t, const Vec3& a, const Vec3& b) {
   const Vec3 p{a.x * b.x, a.y * b.y, a.z * b.z};
   const Matrix3 m = from_rows(

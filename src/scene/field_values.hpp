@@ -25,7 +25,8 @@ struct FieldArrays {
 /// last step did not record; at the start, before the first step, they are zero.
 [[nodiscard]] FieldArrays field_arrays(const Simulation& simulation, std::span<const std::string> names);
 
-/// One field, at points or at tets. Throws Error as above, and for contacts or reactions at tets.
+/// One field, at points or at tets. Throws Error as field_arrays() does, and for contacts or reactions at
+/// tets.
 [[nodiscard]] FieldArray field_array(const Simulation& simulation, const std::string& name, bool of_tets);
 
 /// For each row: its number, or the length of its vector.

@@ -49,7 +49,7 @@ class Writer {
   void choice(std::string_view key, Enum value, std::span<const std::string_view> names) {
     put(key, names[static_cast<std::size_t>(value)]);
   }
-  /// Writes the resulting values, not the name.
+  /// A name that sets defaults: writes the values that result from it, not the name.
   template <class Enum>
   static void preset(std::string_view, const std::optional<Enum>&, std::span<const std::string_view>) {}
   template <class Enum>

@@ -150,7 +150,7 @@ class ArchiveReader : public Archive<ArchiveReader> {
     (*this)(count);
     if (count > bytes_.size() - place_)
       fail("a list of " + std::to_string(count) + " items",
-           "at most one item for each of the bytes that are left");
+           "a length for which the remaining bytes suffice");
     return static_cast<std::size_t>(count);
   }
   std::span<const std::byte> next(std::size_t size) {
