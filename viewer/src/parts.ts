@@ -38,7 +38,7 @@ export function check(label: string, on: boolean, change: (on: boolean) => void,
   return make("label", { class: "check" }, box, label);
 }
 
-/** A choice among values; `labels` say how they read, where not as themselves. */
+/** A choice among values; `labels` are texts for those that are not shown as they are. */
 export function choose(values: readonly string[], value: string, change: (value: string) => void, id?: string, labels: readonly string[] = values): HTMLSelectElement {
   const select = make("select", { id, onchange: () => change(select.value) }, ...values.map((v, i) => make("option", { value: v }, labels[i]!)));
   select.value = value;
@@ -50,7 +50,7 @@ export interface Slider {
   set(value: number): void;
 }
 
-/** A slider with its value; `show` and `logarithmic` say how the value reads and grows. */
+/** A slider with its value; `show` formats the value, `logarithmic` sets its scale. */
 export function slider(options: {
   id?: string;
   low: number;
