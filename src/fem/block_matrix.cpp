@@ -83,7 +83,7 @@ void BlockMatrix::list_columns(std::span<const std::uint8_t> free) {
 /// Greedy colouring along the curve: no two points of an element have the same colour.
 std::vector<int> BlockMatrix::color_points(std::span<const Index> points) {
   std::vector<int> color(diagonal_.size(), -1);
-  std::vector<std::size_t> taken_by;  // of each colour: the last point with a neighbour of it
+  std::vector<std::size_t> taken_by;  // per colour: the last point that has a neighbour of this colour
   for (std::size_t k = 0; k < points.size(); ++k) {
     for (const std::uint32_t other : columns(points[k])) {
       const int used = color[other];
