@@ -210,9 +210,9 @@ TEST(ReadScene, NamesTheKeyOfEachError) {
        "expected "
        "'kg'; units.time: found 'mss', expected 'ms'"},
       {with_body(ball + R"(, "loads": [{"points": [0]}])"),
-       "bodies[0].loads[0].force: found nothing, expected one of 'force', 'pressure' and 'traction'"},
+       "bodies[0].loads[0].force: found nothing, expected exactly one of 'force', 'pressure' and 'traction'"},
       {with_body(ball + R"(, "loads": [{"points": [0], "force": [0, 0, 1], "pressure": 2}])"),
-       "bodies[0].loads[0].pressure: found more than one of these keys, expected one of"},
+       "bodies[0].loads[0].pressure: found more than one of these keys, expected exactly one of"},
       {with_body(
            ball +
            R"(, "loads": [{"points": [0], "force": [0, 0, 1], "ramp": {"times": [0, 1], "factors": [1]}}])"),
