@@ -118,7 +118,7 @@ class CellAppender {
       if (corner >= 0 && corner < n_points) continue;
       fail(cell, fmt::format("point number {}", corner),
            n_points == 0 ? "no corners, because the file has no points"
-                         : fmt::format("a point number from 0 to {}", n_points - 1));
+                         : fmt::format("one from 0 to {}", n_points - 1));
     }
   }
 

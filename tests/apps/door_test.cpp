@@ -198,7 +198,7 @@ TEST_F(Door, NewAsksOnATerminal) {
     return palpate_on_terminal({"new", "liver.vtu"}, folder_.path(), 200, typed);
   };
   const std::string agreed = answered("\n");
-  EXPECT_NE(agreed.find("liver.vtu is 210 long: in mm that is 0.21 m and 1.3 kg."), std::string::npos)
+  EXPECT_NE(agreed.find("liver.vtu is 210 long: in mm, this is 0.21 m and 1.3 kg."), std::string::npos)
       << agreed;
   EXPECT_NE(agreed.find("liver.vtu in mm: 0.21 m"), std::string::npos) << agreed;
   EXPECT_NE(answered("cm\n").find("in cm: 2.1 m"), std::string::npos);

@@ -86,7 +86,7 @@ TEST_F(MeshRefusals, Flags) {
   write("table.txt", "1 bone 1 2 3\n2 fat 300\n");
   refuse({"map.nrrd", "--labels", "table.txt"}, {"table.txt", "line 2", "'2 fat 300'"});
   write("twice.txt", "1 bone 1 2 3\n1 fat 1 2 3\n");
-  refuse({"map.nrrd", "--labels", "twice.txt"}, {"twice.txt", "line 2", "label 1 again"});
+  refuse({"map.nrrd", "--labels", "twice.txt"}, {"twice.txt", "line 2", "label 1 for the second time"});
   std::filesystem::create_directory(folder_ / "map-bodies");
   refuse({"map.nrrd"}, {"map-bodies", "--out"});
 }

@@ -188,10 +188,9 @@ TEST(LoadFibres, RunBetweenTheEndsOfABody) {
   EXPECT_EQ(
       problem(ends(-2, 9)),
       "s.json: bodies[0].fibre_ends.to[0]: found no point of 'body 0', expected one or more points selected");
-  EXPECT_EQ(
-      problem(R"({"from": [{"points": [3]}], "to": [{"points": [2, 3]}]})"),
-      "s.json: bodies[0].fibre_ends.to: found point 3, which is in 'from' too, expected ends that do not "
-      "touch");
+  EXPECT_EQ(problem(R"({"from": [{"points": [3]}], "to": [{"points": [2, 3]}]})"),
+            "s.json: bodies[0].fibre_ends.to: found point 3, which is in 'from' too, expected ends without a "
+            "common point");
   EXPECT_EQ(problem(R"({"from": [], "to": []})"),
             "s.json: bodies[0].fibre_ends.from: found none, expected one or more");
   EXPECT_EQ(problem(ends(-2, 2), R"({"stiffness": 1, "field": "way"})"),

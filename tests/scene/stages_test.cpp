@@ -221,8 +221,8 @@ TEST(Stages, BadOnesAreRefusedInOneLine) {
   EXPECT_EQ(stage_refusal(R"("loads": [{"body": "table"}])"),
             "scene: stages[0].loads[0].body: found the rigid body 'table', expected a body that deforms");
   EXPECT_EQ(stage_refusal("", R"("until": {"rest": true})"),
-            "scene: stages[0].until.most: found nothing, expected the time after which the stage ends at the "
-            "latest");
+            "scene: stages[0].until.most: found nothing, expected the time after which the stage ends in "
+            "any case");
   EXPECT_EQ(stage_refusal("", R"("until": {"time": 1, "most": 2})"),
             "scene: stages[0].until.most: found 'most' together with 'time', expected only one of the two");
   EXPECT_EQ(stage_refusal("", R"("until": {"rest": false, "most": 2})"),

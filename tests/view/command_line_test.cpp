@@ -107,7 +107,7 @@ TEST_F(ViewOfAMesh, TakesUnitSizeAndDrop) {
 
 TEST_F(ViewOfAMesh, AsksForTheUnitOnATerminal) {
   const std::string agreed = shown({}, "\n");
-  EXPECT_NE(agreed.find("liver.vtu is 210 long: in mm that is 0.21 m and 1.3 kg. Enter"), std::string::npos)
+  EXPECT_NE(agreed.find("liver.vtu is 210 long: in mm, this is 0.21 m and 1.3 kg. Enter"), std::string::npos)
       << agreed;
   EXPECT_NE(agreed.find("liver.vtu in mm: 0.21 m"), std::string::npos) << agreed;
   EXPECT_NE(shown({}, "0.3\n").find("'palpate new liver.vtu --size 0.3' writes this scene"),
