@@ -59,7 +59,7 @@ class StageReader {
       const Index body = named(stage_->insert.names[i]);
       if (at(absent_, body) == 0)
         fail(key("insert", i), "'" + of_scene(body).name + "', which is in the scene already",
-             "a body that was removed, or starts with \"absent\"");
+             "a body that was removed, or starts with \"absent\": true");
       at(absent_, body) = 0;
       changes_.fixed.insert.push_back(body);
     }

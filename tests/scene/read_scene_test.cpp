@@ -181,7 +181,7 @@ TEST(ReadScene, NamesTheKeyOfEachError) {
        "bodies[0].fixed[0].points[0]: found -1, expected an integer >= 0"},
       {with_body(ball + R"(, "regions": [{"tets": [1]}])"),
        "bodies[0].regions[0].material: found nothing, expected a value"},
-      {with_body(ball + R"(, "regions": [{"material": {}}])"), "bodies[0].regions[0]: found none of its"},
+      {with_body(ball + R"(, "regions": [{"material": {}}])"), "bodies[0].regions[0]: found none of the keys of which one is required"},
       {with_body(ball + R"(, "regions": [{"points": [1], "material": {}}])"), "bodies[0].regions[0]"},
       {with_body(ball + R"(, "regions": [{"tets": [], "material": {}}])"),
        "bodies[0].regions[0].tets: found an array of 0, expected an array of one or more tet indices"},
