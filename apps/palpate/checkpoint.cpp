@@ -228,10 +228,9 @@ FoundCheckpoint find_checkpoint(const fs::path& results) {
       found.damaged.emplace_back(error.what());
     }
   }
-  throw BadInput(found.damaged.front() +
-                 (files.size() > 1
-                      ? fmt::format(" (the {} other checkpoints are damaged, too)", files.size() - 1)
-                      : ""));
+  throw BadInput(
+      found.damaged.front() +
+      (files.size() > 1 ? fmt::format(" (all {} checkpoints of the folder are damaged)", files.size()) : ""));
 }
 
 }  // namespace palpate::app

@@ -109,7 +109,7 @@ TEST_F(CheckpointedRun, ADamagedOneIsReportedAndTheOneBeforeUsed) {
   }
   put(path_of("out", 24), "torn");
   put(path_of("out", 20), "");
-  expect_error(2, {"run", "--resume", "out"}, {name_of(24), "nor is one of 1 others whole"});
+  expect_error(2, {"run", "--resume", "out"}, {name_of(24), "all 2 checkpoints of the folder are damaged"});
 }
 
 TEST_F(CheckpointedRun, WhatIsNotThereAnyMoreIsTold) {
