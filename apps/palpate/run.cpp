@@ -263,7 +263,7 @@ void add_flags(CLI::App& app, RunOptions& options) {
                 "begin at the end of this stage, which an earlier run has saved (docs/stages.md)",
                 [&options](const std::string&, const std::string& text) { options.from_stage = text; });
   add_value(app, "--from", "DIR",
-            "the results that have the end of the stage; default: the folder of the results",
+            "the results folder of the earlier run that saved the stage; default: the folder of this run",
             [&options](const std::string&, const std::string& text) { options.from = text; })
       ->needs(from_stage);
   app.add_flag("--report", options.report, "write report.html: a page about the run");

@@ -58,10 +58,11 @@ class Tissues {
   std::array<int, 3> size_{};  ///< of the map
   Vec3 spacing_{};
   std::vector<std::uint16_t> voxels_;
-  std::vector<Lattice> fields_;     ///< blurred masks, of the box of each tissue
-  std::vector<double> offsets_;     ///< (n_tissues)
-  std::vector<Lattice> free_;       ///< (n_tissues), > 0 where the tissue is allowed; empty without a gap
-  std::array<int, 3> cells_{};      ///< between voxel centres, with a margin round the map
+  std::vector<Lattice> fields_;  ///< blurred masks, of the box of each tissue
+  std::vector<double> offsets_;  ///< (n_tissues)
+  std::vector<Lattice> free_;    ///< (n_tissues), > 0 where the tissue is allowed; empty without a gap
+  /// Number of cells per axis. Their corners are voxel centres, also in a margin round the map.
+  std::array<int, 3> cells_{};
   std::vector<std::int16_t> cell_;  ///< (n_cells) the tissue of a cell that has only one; -1: several
 };
 

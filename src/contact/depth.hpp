@@ -91,7 +91,7 @@ class DepthEstimate {
     bool cached = false;            ///< its plane is the cached one
     bool rough = false;             ///< there was no time to refine it
   };
-  /// A surface triangle beside a contact.
+  /// A surface triangle within reach of a contact.
   struct Beside {
     std::size_t contact;
     double distance;
@@ -110,7 +110,7 @@ class DepthEstimate {
     ExitSearch search;
     std::vector<CrossedEdge> crossed;   ///< border edges with exactly one crossing
     std::vector<EdgeExit> exits;        ///< (n_crossed)
-    std::vector<TrianglePoint> points;  ///< nearest points on the surface beside contacts
+    std::vector<TrianglePoint> points;  ///< nearest points to contacts, on triangles in reach
     std::vector<Beside> beside;         ///< (n_points)
     std::vector<Vec3> normals;          ///< (n_points)
   };

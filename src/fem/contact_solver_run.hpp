@@ -22,7 +22,7 @@ struct ContactSolver::Run {
   std::span<const Vec3> positions;
   SolveReport report{};
   int change_at = std::numeric_limits<int>::max();  ///< iteration at which `automatic` changes to multigrid
-  double scale = 1.0;                               ///< factor from float residuals to true ones
+  double scale = 1.0;                               ///< the true residual is the float residual times this
   double guess_by_mass = 0.0;                       ///< x^T M x at c = 0
   double squares = 0.0;                             ///< |residual|^2, scaled
   double by_mass = 0.0;                             ///< squared size of the float residual, weighted by 1 / m

@@ -17,10 +17,11 @@ struct ElementStress {
   double volume_ratio = 1.0;
 };
 
-/// Strain and Cauchy stress P F^T / J of an element. P is that of its energy (elements.hpp):
-///   P = R (2 mu (e - [w]_x) + lambda tr(e) I),  e = R^T F - I - p.
-/// or of its hyperelastic law (hyperelastic.hpp), plus that of its Maxwell elements (first_piola_stress). P
-/// F^T is symmetric, since the energy is invariant under rotations.
+/// Strain and Cauchy stress P F^T / J of an element, where P is its first Piola-Kirchhoff stress. For a
+/// corotated element (elements.hpp)
+///   P = R (2 mu (e - [w]_x) + lambda tr(e) I),  e = R^T F - I - p;
+/// for others P follows from the hyperelastic law (hyperelastic.hpp). The stress of Maxwell elements is added
+/// (first_piola_stress). P F^T is symmetric, since the energy is invariant under rotations.
 [[nodiscard]] ElementStress stress_of(const ElementDeformation& element);
 /// The same for a given energy density and first Piola-Kirchhoff stress, of a smoothed tet. There P F^T is
 /// symmetric only to the order of the method; its symmetric part is used.

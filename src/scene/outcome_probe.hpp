@@ -25,7 +25,9 @@ struct OutcomeInfo {
 /// The value of an outcome at a time, in the units of the scene.
 struct OutcomeValue {
   double value = 0.0;
-  std::optional<Vec3> vector{};  ///< the whole vector; of displacements, rotations and forces
+  /// Displacements, rotations and forces also have components; their `value` is the length, or the component
+  /// along the direction that the scene gives.
+  std::optional<Vec3> vector{};
 };
 
 /// Computes the outcomes of a scene.

@@ -147,7 +147,7 @@ class ContactResponse {
   [[nodiscard]] Vec3 bounded_slip(const Vec3& slip, const fem::ContactLaw& law) const;
   /// State of a contact in a step.
   struct Acted {
-    Vec3 force;               ///< along the direction, at the start of the step, N
+    Vec3 force;               ///< the force on the point at the start of the step, along `direction`, N
     Vec3 direction;           ///< unit
     Vec3 velocity;            ///< relative, at the start of the step, m/s
     double stiffness;         ///< N/m

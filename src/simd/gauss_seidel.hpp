@@ -37,9 +37,10 @@ struct RotationRows {
   const std::uint32_t* columns;     ///< 16 for each slot
   const float* edges;               ///< slice_values for each slot: e_ij, so that F = sum (x_j - x_i) e_ij^T
 };
-/// Rotations nearest to the F of the rows of slices [begin, end) at these positions (n_rows), by eight Higham
-/// iterations. Strains above about a tenth leave an error. The identity where det F is not in (0.1, 10).
-/// \param rotations  slot_values a slice
+/// Finds for each row of slices [begin, end) the rotation nearest to its F, by eight Higham iterations. For
+/// strains above about 0.1 the result is not exact. Where det F is not in (0.1, 10), it is the identity.
+/// \param positions  (n_rows)
+/// \param rotations  slot_values values for each slice
 void find_rotations(const RotationRows& rows, const Quad* positions, float* rotations, std::size_t begin,
                     std::size_t end);
 

@@ -14,7 +14,8 @@ HWY_BEFORE_NAMESPACE();
 namespace palpate::simd::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// A part of the merge that does not depend on the others.
+/// One of the equal parts into which a merge is split. The parts are independent, so that the processor can
+/// overlap them.
 struct Stream {
   const std::uint64_t* in;
   const std::uint64_t* in_end;

@@ -116,7 +116,8 @@ void add_fields(Message& message, const Source& source, const Surface& surface, 
   }
 }
 
-/// For each tet its corners, as Surface::corner_of().
+/// The four corners of each tet, as point numbers of the message (Surface::corner_of(): surface vertices
+/// first).
 void add_tets(Message& message, const Source& source, const Surface& surface) {
   const std::span<const Tet> tets = source.bodies().tets();
   const std::span<std::int32_t> corners = message.add_integers("tets", 4 * tets.size());
