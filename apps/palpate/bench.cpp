@@ -111,7 +111,7 @@ int paper(const PaperOptions& options) {
 
 int scaling(const ScalingOptions& options) {
   const measure::ScalingEffort effort = options.full ? measure::full_scaling() : measure::quick_scaling();
-  // The smallest size of the sweep is the same for all items.
+  // The sweep over sizes starts with the same smallest size for all items.
   if (options.most_tets < effort.tets.front()) {
     throw BadInput("--most-tets", "", fmt::format("'{}'", options.most_tets),
                    fmt::format("at least {}, for one size", effort.tets.front()));
@@ -122,7 +122,7 @@ int scaling(const ScalingOptions& options) {
                  {"step-growth", [&] { return measure::step_growth(effort, options.most_tets); }}});
 }
 
-/// Options of both subcommands.
+/// Adds the options that both subcommands have.
 void add_report_options(CLI::App& app, ReportOptions& options, std::span<const std::string_view> items) {
   auto* quick = app.add_flag("--quick", options.quick, "a few minutes on two cores (default)");
   app.add_flag("--full", options.full, "more frames, rounds or sizes: half an hour")->excludes(quick);

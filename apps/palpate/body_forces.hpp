@@ -11,24 +11,24 @@
 
 namespace palpate::app {
 
-/// What acted on a body in the last step, torques about its centre of mass.
+/// The force and torque on a body in the last step; torques are about its centre of mass.
 struct BodyForces {
-  Wrench contact{};  ///< by contacts
-  std::optional<Wrench>
-      held{};  ///< by its fixed points; for a body with a prescribed motion: by the motor that moves it
+  Wrench contact{};              ///< by contacts
+  std::optional<Wrench> held{};  ///< by what holds its fixed points; for a body with a prescribed motion, by
+                                 ///< the motor that moves it
 };
 
 /// The forces of a step.
 struct ForcesOfStep {
   std::vector<BodyForces> bodies;  ///< (n_bodies)
-  /// For each pair that the scene names, the wrench of the first body on the second; torque about the centre
-  /// of mass of the second.
+  /// For each pair of bodies that the scene names: the wrench of the first body on the second. The torque is
+  /// about the centre of mass of the second.
   std::vector<PairWrench> pairs;
   double normal = 0.0;   ///< sum of the normal forces of all contacts
   double largest = 0.0;  ///< force of contacts on a body
 };
 
-/// The forces on all bodies, and those of pairs that a scene names.
+/// Computes the forces on all bodies, and those between pairs that a scene names.
 class ForceProbe {
  public:
   /// Finds which bodies are held.
@@ -54,12 +54,13 @@ class ForceProbe {
                                     const Vec3& center) const;
 
   std::vector<std::string> names_;
-  std::vector<std::uint8_t> held_;  ///< (n_bodies) 1: a point is fixed, if only along an axis, or prescribed
-  std::vector<Index> motions_;      ///< (n_bodies) the body's own motion, or -1
+  std::vector<std::uint8_t>
+      held_;  ///< (n_bodies) 1: a point of it is prescribed, or fixed along at least one axis
+  std::vector<Index> motions_;  ///< (n_bodies) the body's own motion, or -1
   std::vector<Pair> pairs_;
 };
 
-/// The largest force of contacts on a body over a run.
+/// The largest contact force on a body during a run.
 struct LargestForce {
   double force = 0.0;
   std::int64_t step = 0;

@@ -19,7 +19,7 @@ std::string spread_text(const Spread& spread) {
   return fmt::format("min {:.4g}, mean {:.4g}, max {:.4g}", spread.min, spread.mean, spread.max);
 }
 
-/// "5, 9, 12 and 40 more"
+/// A list of numbers for people: "5, 9, 12 and 40 more".
 std::string listed(const std::vector<Index>& indices) {
   constexpr std::size_t most = 10;
   const std::size_t shown = std::min(indices.size(), most);

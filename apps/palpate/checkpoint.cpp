@@ -17,7 +17,7 @@
 
 namespace palpate::app {
 
-// The members of a checkpoint, for archives. Archives find these functions by argument-dependent lookup.
+// Functions that list the members of a checkpoint for archives, which find them by argument-dependent lookup.
 
 template <class Archive>
 void describe(Archive& archive, RunPlan& p) {
@@ -114,8 +114,8 @@ Checkpoint read_archive(const fs::path& path) {
 Checkpoint read_checkpoint(const fs::path& path) {
   Checkpoint checkpoint = read_archive(path);
   if (path.filename() != file_name(checkpoint.outcome.steps)) {
-    throw Error(path.string(), "", fmt::format("the state of step {}", checkpoint.outcome.steps),
-                "that of the step in its name");
+    throw Error(path.string(), "", fmt::format("a checkpoint of step {}", checkpoint.outcome.steps),
+                "a checkpoint of the step in the file name");
   }
   return checkpoint;
 }
@@ -136,7 +136,8 @@ void CheckpointWriter::remove_but(const std::vector<fs::path>& kept) const {
     if (std::ranges::count(kept, path) > 0) continue;
     std::error_code failed;
     fs::remove(path, failed);
-    if (failed) throw Error(path.string(), "removing", "'" + failed.message() + "'", "a file or none");
+    if (failed)
+      throw Error(path.string(), "removing", "'" + failed.message() + "'", "a file that can be removed");
   }
 }
 
@@ -180,7 +181,7 @@ void CheckpointWriter::add(const Simulation& simulation, const RunOutcome& outco
   if (step == last_step_ || (!due && !always)) return;
   const fs::path path = folder_ / file_name(step);
   write(path, simulation, outcome, outputs);
-  // A resumed run with no steps left writes the checkpoint again that it started from.
+  // A resumed run that has no steps left writes its own checkpoint again.
   if (last_ != path) remove_but({path, last_.value_or(path)});
   last_ = path;
   last_step_ = step;
@@ -205,9 +206,10 @@ FoundCheckpoint find_stage(const fs::path& results, const std::string& stage) {
   for (const auto& entry : fs::directory_iterator(folder, ignored))
     if (entry.path().extension() == extension) names.push_back(entry.path().stem().string());
   std::ranges::sort(names);
-  throw BadInput(folder.string(), "", fmt::format("no end of stage '{}'", stage),
-                 names.empty() ? std::string("results of a run of a stage with \"checkpoint\": true")
-                               : fmt::format("one of {}", fmt::join(names, ", ")));
+  throw BadInput(folder.string(), "", fmt::format("no saved state at the end of stage '{}'", stage),
+                 names.empty()
+                     ? std::string("the results of a run that saved one (\"checkpoint\": true in the stage)")
+                     : fmt::format("one of {}", fmt::join(names, ", ")));
 }
 
 FoundCheckpoint find_checkpoint(const fs::path& results) {
@@ -226,8 +228,9 @@ FoundCheckpoint find_checkpoint(const fs::path& results) {
       found.damaged.emplace_back(error.what());
     }
   }
-  throw BadInput(found.damaged.front() +
-                 (files.size() > 1 ? fmt::format(" (nor is one of {} others whole)", files.size() - 1) : ""));
+  throw BadInput(
+      found.damaged.front() +
+      (files.size() > 1 ? fmt::format(" (all {} checkpoints of the folder are damaged)", files.size()) : ""));
 }
 
 }  // namespace palpate::app

@@ -30,10 +30,10 @@ struct RunPlan {
   bool until_rest = false;
   bool no_picture = false;
   bool strict = false;
-  std::int64_t checkpoint_every = 0;  ///< steps; 0: only where the run is interrupted
+  std::int64_t checkpoint_every = 0;  ///< in steps; 0: only if the run is interrupted
 };
 
-/// The state of a run at the end of a step, and the sizes of the files that it had written by then.
+/// The state of a run at the end of a step, and the sizes of its files at that time.
 struct Checkpoint {
   RunPlan plan;
   RunOutcome outcome;  ///< without times
@@ -81,7 +81,7 @@ class CheckpointWriter {
 struct FoundCheckpoint {
   std::filesystem::path path;
   Checkpoint checkpoint;
-  std::vector<std::string> damaged;  ///< messages on later checkpoints that are truncated or damaged
+  std::vector<std::string> damaged;  ///< messages about later checkpoints that are truncated or damaged
 };
 
 /// The checkpoint at the end of a stage, in a folder of results. Throws BadInput, in one line with the names

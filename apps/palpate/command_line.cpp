@@ -54,7 +54,7 @@ void check_help_words(const CLI::App& command, std::span<const char* const> word
     const auto below = above->get_subcommands([](const CLI::App*) { return true; });
     if (below.empty()) {
       throw BadInput("help", "", fmt::format("'{}'", word),
-                     fmt::format("nothing after '{}'", above->get_name()));
+                     fmt::format("no word after '{}', which has no subcommands", above->get_name()));
     }
     const auto found =
         std::ranges::find_if(below, [&](const CLI::App* sub) { return sub->get_name() == word; });
@@ -63,7 +63,7 @@ void check_help_words(const CLI::App& command, std::span<const char* const> word
   }
 }
 
-/// Adds the subcommands that are programs of their own, and `help`; for help and completion.
+/// Adds `help` and the subcommands that are separate programs, so that help and completion list them.
 void add_words(CLI::App& command, MeshOptions& mesh_options) {
   CLI::App* const mesh = command.add_subcommand(std::string(mesh_companion.words),
                                                 "tet meshes and a scene from a label map or surfaces");
@@ -76,7 +76,7 @@ void add_words(CLI::App& command, MeshOptions& mesh_options) {
   help->footer("Examples:\n  palpate help run\n  palpate help generate box");
 }
 
-/// `help_words`: how many words followed "help", which without_help_word() has taken out.
+/// \param help_words  number of words after "help", which without_help_word() has removed
 int work(std::span<const char* const> words, std::size_t help_words) {
   CLI::App command("Palpate finds and resolves the contacts among soft bodies made of tets.", "palpate");
   command.footer(examples);
@@ -110,7 +110,7 @@ int work(std::span<const char* const> words, std::size_t help_words) {
 }  // namespace
 
 int run_command_line(int argc, const char* const* argv) {
-  // A write beyond the file size limit must be an error of the write, not the end of the process.
+  // A write beyond the file size limit must fail with an error and not end the process.
   static_cast<void>(std::signal(SIGXFSZ, SIG_IGN));
   const std::span<const char* const> given(argv, static_cast<std::size_t>(argc));
   const auto words = without_help_word(given);

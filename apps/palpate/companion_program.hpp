@@ -5,12 +5,12 @@
 
 namespace palpate::app {
 
-/// A subcommand that is a program of its own, in the same folder. It links libraries that this command must
-/// not link, such as CGAL (GPL) or those that only benchmarks need.
+/// A subcommand that is a separate program in the same folder. It links libraries that this command must not
+/// link, such as CGAL (GPL), or that only benchmarks need.
 struct Companion {
-  std::string_view words;    ///< what calls it: "mesh"
+  std::string_view words;    ///< the words that call it, such as "mesh"
   std::string_view program;  ///< "palpate-mesh"
-  std::string_view needs;    ///< what a build needs to include it
+  std::string_view needs;    ///< what a build needs so that it includes the program
 };
 
 inline constexpr Companion mesh_companion{

@@ -13,7 +13,7 @@
 namespace palpate::app {
 namespace {
 
-/// The first clause of a description, which is short enough to stand beside a flag.
+/// The first clause of a description. It is short enough to be shown next to a flag.
 std::string brief(const std::string& text) {
   return text.substr(0, text.find(';'));
 }
@@ -33,7 +33,7 @@ std::vector<std::string> flag_names(const Outline& outline) {
   return names;
 }
 
-// bash
+// The script for bash.
 
 /// The bash call that completes a value; one with an empty list where there is nothing to offer.
 std::string bash_offer(const OutlineOption& option) {
@@ -124,7 +124,7 @@ std::string bash_completion(const Outline& command) {
   return text + "  esac\n}\ncomplete -F _palpate palpate\n";
 }
 
-// zsh
+// The script for zsh.
 
 namespace {
 
@@ -194,7 +194,7 @@ std::string zsh_completion(const Outline& command) {
          "\nif [[ $funcstack[1] == _palpate ]]; then _palpate \"$@\"; else compdef _palpate palpate; fi\n";
 }
 
-// fish
+// The script for fish.
 
 namespace {
 

@@ -35,13 +35,13 @@ CsvFile::CsvFile(std::filesystem::path path, std::uint64_t bytes) : path_(std::m
   if (size < 0 || static_cast<std::uint64_t>(size) < bytes) {
     ::close(std::exchange(descriptor_, -1));  // a destructor does not run after an exception here
     throw Error(path_.string(), "", std::to_string(size) + " bytes",
-                std::to_string(bytes) + " or more, as when the checkpoint was written");
+                std::to_string(bytes) + " or more, the size at the time of the checkpoint");
   }
   if (::ftruncate(descriptor_, static_cast<off_t>(bytes)) != 0) {
     const int error = errno;
     ::close(std::exchange(descriptor_, -1));
     errno = error;
-    fail("cutting off", "a file that can be written");
+    fail("truncating", "a file that can be written");
   }
 }
 
@@ -68,21 +68,22 @@ void CsvFile::flush() {
   while (!left.empty()) {
     const ssize_t written = ::write(descriptor_, left.data(), left.size());
     if (written < 0 && errno == EINTR) continue;
-    if (written < 0) fail("writing", "room for the whole file");
+    if (written < 0) fail("writing", "enough space on the disk");
     left.remove_prefix(static_cast<std::size_t>(written));
     bytes_ += static_cast<std::uint64_t>(written);
   }
-  // A removed file can still be written to, but its content would be lost.
+  // Writing to a removed file succeeds, but its content would be lost.
   struct stat status {};
   if (::fstat(descriptor_, &status) == 0 && status.st_nlink == 0)
-    throw Error(path_.string(), "writing", "no such file: it was removed", "the file that the run began");
+    throw Error(path_.string(), "writing", "that the file was removed during the run",
+                "the file that the run created");
   lines_.clear();
   flushed_ = std::chrono::steady_clock::now();
 }
 
 void CsvFile::sync() {
   flush();
-  if (::fsync(descriptor_) != 0) fail("writing to the disk", "room for the whole file");
+  if (::fsync(descriptor_) != 0) fail("writing to the disk", "enough space on the disk");
 }
 
 }  // namespace palpate::app

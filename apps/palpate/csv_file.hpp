@@ -12,8 +12,8 @@ std::string csv_field(const std::string& text);
 
 /// A CSV file that grows line by line during a run.
 ///
-/// Lines reach the file at least each second of running and only as whole lines, so that a run that is killed
-/// keeps what it did; a file that is removed meanwhile is an error.
+/// Lines reach the file at least once a second, and only as whole lines. So a run that is killed keeps its
+/// results. If the file is removed during the run, that is an error.
 class CsvFile {
  public:
   /// Creates or replaces the file, with this first line, which includes its line end. All functions throw

@@ -8,8 +8,8 @@ namespace palpate::app {
 
 /// Displacement of the points of a body from their rest positions, like the field `displacement` of frames.
 struct Displacement {
-  Vec3 mean;                 ///< over the points
-  double mean_length = 0.0;  ///< over the points
+  Vec3 mean;                 ///< mean over the points
+  double mean_length = 0.0;  ///< mean length over the points
   double largest = 0.0;
 };
 Displacement displacement_of(const Simulation& simulation, Index body);

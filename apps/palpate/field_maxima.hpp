@@ -21,7 +21,7 @@ struct FieldMaximum {
   Vec3 place{};          ///< position of the point, or of the centre of the tet
 };
 
-/// Updates the maxima by a frame, for fields of one to three components. NaN does not count. O(values).
+/// Updates the maxima with a frame, for fields of one to three components. NaN is ignored. O(values).
 void raise_maxima(const Simulation& simulation, const FieldArrays& fields, std::vector<FieldMaximum>& maxima);
 
 }  // namespace palpate::app

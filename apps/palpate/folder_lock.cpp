@@ -36,8 +36,8 @@ FolderLock::FolderLock(const std::filesystem::path& folder) : path_(folder / ".l
     const bool held_elsewhere = ::flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
     if (held_elsewhere) {
       ::close(std::exchange(descriptor_, -1));  // a destructor does not run after an exception here
-      throw Error(folder.string(), "", "another run that writes into this folder",
-                  "a folder of its own (--out DIR), or the end of that run");
+      throw Error(folder.string(), "", "another run that is writing into this folder",
+                  "another folder (--out DIR), or to start after that run has ended");
     }
     if (leads_to(path_, descriptor_)) return;
     ::close(std::exchange(descriptor_, -1));
@@ -45,8 +45,8 @@ FolderLock::FolderLock(const std::filesystem::path& folder) : path_(folder / ".l
 }
 
 FolderLock::~FolderLock() {
-  // Removes the name before the lock is released: a run that opens the file in between sees that the path no
-  // longer names it.
+  // Remove the name before releasing the lock. A run that opens the file in between then sees that the path
+  // no longer names it.
   if (leads_to(path_, descriptor_)) ::unlink(path_.c_str());
   ::close(descriptor_);
 }

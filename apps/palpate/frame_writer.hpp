@@ -20,7 +20,7 @@ struct FramesSoFar {
   std::vector<FieldMaximum> maxima{};
 };
 
-/// Writes states of a run as a series of .vtu frames: every so many steps, and where `always` is set.
+/// Writes states of a run as a series of .vtu frames: one every so many steps, and others if `always` is set.
 class FrameWriter {
  public:
   /// \param output  interval and fields

@@ -49,8 +49,8 @@ struct Output {
   [[nodiscard]] fs::path path() const {
     std::error_code ignored;
     if (!named && fs::exists(default_name, ignored)) {
-      throw BadInput(default_name.string(), "", "a file of that name already",
-                     "--out FILE, which may replace it");
+      throw BadInput(default_name.string(), "", "an existing file",
+                     "no file of this name; name it with --out to replace it");
     }
     fs::path result = named.value_or(default_name);
     if (result.extension() != default_name.extension()) {

@@ -34,8 +34,8 @@ fs::path folder_for(const std::string& name, const std::optional<fs::path>& name
   std::error_code ignored;
   fs::path folder = named.value_or(name);
   if (!named && fs::exists(folder, ignored)) {
-    throw BadInput(folder.string(), "", "something of that name already",
-                   "--out DIR, whose files may be replaced");
+    throw BadInput(folder.string(), "", "an existing file or folder",
+                   "no folder of this name; name it with --out to replace its files");
   }
   std::error_code failed;
   fs::create_directories(folder, failed);
@@ -81,7 +81,7 @@ struct LabelOptions {
   anatomy::FloorDefect defect;
 };
 
-/// Adds a generator of a label map; `make` is called with what was asked for.
+/// Adds a generator of a label map. `make` is called with the options that the user gave.
 Subcommand add_labels(CLI::App& generate, const std::string& name, const std::string& help,
                       const std::shared_ptr<LabelOptions>& options,
                       std::function<anatomy::OrganLabels(const LabelOptions&)> make) {
@@ -110,7 +110,7 @@ Subcommand add_eye_labels(CLI::App& generate) {
                     [](const LabelOptions& options) { return anatomy::eye_labels(options.voxel); });
 }
 
-/// "A,B"
+/// Parses two numbers "A,B".
 std::pair<double, double> parse_pair(const std::string& flag, const std::string& text) {
   const std::size_t comma = text.find(',');
   if (comma == std::string::npos) throw BadInput(flag, "", "'" + text + "'", "two numbers: A,B");

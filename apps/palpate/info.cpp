@@ -81,7 +81,7 @@ int mesh_info(const InfoOptions& options) {
   return exit_done;
 }
 
-/// What `info` prints about a scene.
+/// The data that `info` prints about a scene.
 struct SceneFacts {
   SceneInput input;
   Simulation simulation;  ///< at the start
@@ -92,8 +92,8 @@ struct SceneFacts {
   [[nodiscard]] Index fixed_points(Index body) const { return flags_of(body, fixed); }
   /// Number of points of a body that are fixed along some axes only.
   [[nodiscard]] Index sliding_points(Index body) const { return flags_of(body, fixed_axes); }
-  /// Overlaps of all pairs of bodies. Overlapping rigid bodies exert no forces on each other in a run, but
-  /// what lies between them has no room.
+  /// Overlaps of all pairs of bodies, also of two rigid bodies. These exert no forces on each other in a run,
+  /// but there is no room for tissue between them.
   [[nodiscard]] std::vector<Overlap> overlaps() const {
     const Bodies& bodies = simulation.bodies();
     Detector detector(bodies, simulation.settings().detection,
@@ -145,7 +145,7 @@ Json scene_json(const SceneFacts& facts) {
   return json;
 }
 
-/// "obstacle", "12 points fixed" or nothing.
+/// Text on a body's constraints: "obstacle", "12 points fixed" or nothing.
 std::string remark(const SceneFacts& facts, Index b) {
   if (at(facts.obstacles, b) != 0) return "  obstacle";
   std::string text;

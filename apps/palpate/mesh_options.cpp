@@ -13,7 +13,7 @@ namespace {
 using scene_format::above;
 using scene_format::at_least;
 
-/// "VALUE" for all organs, or "ORGAN=VALUE" for one.
+/// Parses "VALUE" (for all organs) or "ORGAN=VALUE" (for one).
 void take_value(const std::string& flag, const std::string& text, double& for_all,
                 std::vector<Fineness::Named>& named) {
   const auto equals = text.rfind('=');
@@ -77,7 +77,7 @@ void add_shaping(CLI::App& app, Shaping& shaping) {
             });
 }
 
-/// "X,Y,Z,RADIUS=MM"
+/// Parses "X,Y,Z,RADIUS=MM".
 Conformity::Focus parse_focus(const std::string& flag, const std::string& text) {
   std::array<double, 5> numbers{};
   std::size_t begin = 0;
@@ -91,7 +91,7 @@ Conformity::Focus parse_focus(const std::string& flag, const std::string& text) 
   return {{numbers[0], numbers[1], numbers[2]}, numbers[3], numbers[4]};
 }
 
-/// "KIND" for all pairs of organs, or "A:B=KIND" for one.
+/// Parses "KIND" (for all pairs of organs) or "A:B=KIND" (for one pair).
 void take_relation(const std::string& flag, const std::string& text, Conformity& conformity) {
   const auto equals = text.rfind('=');
   const std::string kind = equals == std::string::npos ? text : text.substr(equals + 1);

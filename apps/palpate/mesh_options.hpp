@@ -19,13 +19,13 @@ struct Fineness {
     std::string organ;
     double value;
   };
-  double size = 0.0;                   ///< mm, of surface triangles; 0: by the number of tets
-  std::vector<Named> sizes;            ///< for organs with a size of their own
-  double tets = 0.0;                   ///< together, of all organs without a number of their own
-  double tets_each = 0.0;              ///< of each such organ, in place of `tets`
-  std::vector<Named> named_tets;       ///< for organs with a number of their own
-  double cell_ratio = 0.9;             ///< size of tets over that of triangles
-  double distance_ratio = 0.14;        ///< distance of triangles from the surface over their size
+  double size = 0.0;              ///< of surface triangles, mm; 0: chosen by the number of tets
+  std::vector<Named> sizes;       ///< for organs with a size of their own
+  double tets = 0.0;              ///< number of tets of all organs together that have no number of their own
+  double tets_each = 0.0;         ///< number of tets of each such organ, in place of `tets`
+  std::vector<Named> named_tets;  ///< for organs with a number of their own
+  double cell_ratio = 0.9;        ///< size of tets relative to that of triangles
+  double distance_ratio = 0.14;   ///< distance of triangles from the surface, relative to their size
   std::size_t max_points = 2'000'000;  ///< of a mesh
 };
 
@@ -33,9 +33,10 @@ struct Fineness {
 struct Shaping {
   double smoothing = 0.7;  ///< standard deviation of the blur, voxels; 0: none
   bool smoothing_given = false;
-  double gap = 0.0;                   ///< mm between the surfaces of organs that touch
-  std::optional<double> close_holes;  ///< mm, largest holes of surfaces to close; none: by their size
-  double unit_millimeters = 1.0;      ///< of the coordinates of surfaces
+  double gap = 0.0;                   ///< between the surfaces of organs that touch, mm
+  std::optional<double> close_holes;  ///< size of the largest holes of surfaces that are closed, mm; none:
+                                      ///< relative to the surface
+  double unit_millimeters = 1.0;      ///< length of a unit of the coordinates of surfaces
   bool unit_given = false;
 };
 
@@ -60,7 +61,8 @@ struct Conformity {
     double size = 0.0;    ///< mm
   };
   bool wanted = false;
-  std::optional<Relation> general;  ///< of all other pairs; none: they are grown together
+  std::optional<Relation>
+      general;  ///< of all pairs without a relation of their own; none: they are grown together
   std::vector<Pair> pairs{};
   std::vector<Focus> focuses{};
   std::vector<Fineness::Named> interface_sizes{};  ///< of "A:B", mm

@@ -67,7 +67,7 @@ void print_out(std::string_view text) {
   const bool written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size();
   if (!written || std::fflush(stdout) != 0) {
     throw Error("stdout", "writing", "'" + std::system_category().message(errno) + "'",
-                "room for the whole output");
+                "enough space for the whole output");
   }
 }
 

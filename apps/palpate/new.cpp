@@ -39,7 +39,7 @@ void refuse_scene(const fs::path& path) {
   std::error_code ignored;
   if (path.extension() != ".json" || !fs::exists(path, ignored)) return;
   const std::string file = path.string();
-  throw BadInput(file, "", "a scene already",
+  throw BadInput(file, "", "a file that is a scene already",
                  fmt::format("a mesh of tets; {} shows the scene, {} simulates it",
                              quoted_command("view", file), quoted_command("run", file)));
 }
@@ -52,9 +52,10 @@ fs::path scene_path(const NewOptions& options) {
     throw BadInput("--out", "", "'" + path.string() + "'", "a name that ends in .json");
   const fs::path folder = path.parent_path();
   if (!folder.empty() && !fs::is_directory(folder, ignored))
-    throw BadInput("--out", "", "no folder '" + folder.string() + "'", "one that is there");
+    throw BadInput("--out", "", "no folder '" + folder.string() + "'", "an existing folder");
   if (!options.replace && fs::exists(path, ignored))
-    throw BadInput(path.string(), "", "a file of that name already", "--replace, or --out with another name");
+    throw BadInput(path.string(), "", "an existing file",
+                   "a new name (--out), or --replace to write over the file");
   return path;
 }
 
@@ -64,7 +65,7 @@ int write_new(const NewOptions& options) {
   mesh.request.folder = path.parent_path();
   const NewScene made = new_scene_as_agreed(mesh);
   Scene written = made.first.scene;
-  written.name = path.stem().string();  // results go to a folder of this name
+  written.name = path.stem().string();  // results are written to a folder with this name
   written.source = path.string();
   load_scene_input(written);  // reads it as 'run' will, so that errors and warnings appear now
   io::write_atomically(path, write_brief_scene(written));
@@ -80,7 +81,7 @@ void add_flags(CLI::App& app, NewOptions& options) {
             "file to write; default: the name of the mesh, .json, in the current folder",
             [&options](const std::string&, const std::string& text) { options.out = text; });
   add_new_scene_flags(app, options.mesh);
-  app.add_flag("--replace", options.replace, "write over a scene that is there");
+  app.add_flag("--replace", options.replace, "write over an existing scene");
 }
 
 }  // namespace

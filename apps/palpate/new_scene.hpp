@@ -27,10 +27,11 @@ struct NewScene {
 /// The first scene of a mesh file. Throws BadInput naming the file.
 NewScene new_scene_of(const NewSceneRequest& request);
 
-/// "liver.vtu in mm: 0.21 m, 1.4 kg; its lowest tenth is held, and an instrument presses it", one line.
+/// A line on the new scene, such as "liver.vtu in mm: 0.21 m, 1.4 kg; its lowest tenth is held, and an
+/// instrument presses it".
 std::string description_of(const NewScene& made);
 
-/// "palpate new liver.vtu --unit mm": the command that writes this scene.
+/// The command that writes this scene, such as "palpate new liver.vtu --unit mm".
 std::string command_of(const NewScene& made);
 
 }  // namespace palpate::app

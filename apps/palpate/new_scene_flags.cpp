@@ -85,8 +85,8 @@ NewScene new_scene_as_agreed(const NewSceneFlags& flags) {
                     ::isatty(STDERR_FILENO) == 1;
   if (!asks) return made;
   const Vec3& size = made.first.size;
-  const std::string guess = made.unit.name.empty() ? "no unit fits, so it is scaled to"
-                                                   : fmt::format("in {} that is", made.unit.name);
+  const std::string guess =
+      made.unit.name.empty() ? "no unit fits; scaled to" : fmt::format("in {}, this is", made.unit.name);
   print_note(fmt::format(
       "{} is {} long: {} {} and {}. Enter or y: use this; or m, cm, mm, um, or a length in metres:",
       request.mesh.string(), short_text(made.longest_side), guess,

@@ -7,7 +7,7 @@
 namespace palpate::app {
 namespace {
 
-/// Splits "a|b|N".
+/// Splits alternatives such as "a|b|N".
 std::vector<std::string> alternatives(const std::string& value) {
   std::vector<std::string> parts(1);
   for (const char c : value) {

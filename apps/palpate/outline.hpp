@@ -12,11 +12,11 @@ enum class ValueKind { none, word, file, scene, mesh, folder, other };
 
 /// A flag, or an argument.
 struct OutlineOption {
-  std::vector<std::string> names;  ///< "-h", "--help"; of an argument its one name, "SCENE"
+  std::vector<std::string> names;  ///< such as "-h", "--help"; an argument has one name, such as "SCENE"
   bool argument = false;
   bool required = false;
   bool repeated = false;  ///< an argument that may be given several times
-  std::string value;      ///< what --help shows for it, "N"; empty for a switch
+  std::string value;      ///< its value as --help shows it, such as "N"; empty for a switch
   ValueKind kind = ValueKind::none;
   std::vector<std::string> words;  ///< allowed words
   std::string text;
@@ -24,7 +24,7 @@ struct OutlineOption {
 
 /// A command or subcommand.
 struct Outline {
-  std::vector<std::string> path;  ///< "palpate", "generate", "box"
+  std::vector<std::string> path;  ///< such as "palpate", "generate", "box"
   std::string text;
   std::string footer;
   std::vector<OutlineOption> options;

@@ -23,7 +23,8 @@ void add_warnings(const RunReport& report, HtmlPage& page) {
   const RunOutcome& outcome = report.outcome;
   std::vector<std::string> warnings = report.stage_warnings;
   if (!outcome.failure.empty()) warnings.push_back("the run failed: " + outcome.failure);
-  if (outcome.interrupted) warnings.emplace_back("interrupted: it is not all of the run");
+  if (outcome.interrupted)
+    warnings.emplace_back("the run was interrupted: results end before the planned end");
   if (outcome.steps_not_converged > 0) warnings.push_back(not_converged_text(outcome));
   if (outcome.inverted_tets.largest > 0) {
     warnings.push_back(fmt::format("inverted tets: {} at the end, {} at most", outcome.inverted_tets.last,

@@ -65,7 +65,8 @@ void remove_old_results(const fs::path& folder, const Scene& scene, bool stages)
   for (const fs::path& path : paths) {
     std::error_code failed;
     fs::remove(path, failed);
-    if (failed) throw Error(path.string(), "removing", "'" + failed.message() + "'", "a file or none");
+    if (failed)
+      throw Error(path.string(), "removing", "'" + failed.message() + "'", "a file that can be removed");
   }
 }
 
@@ -93,8 +94,8 @@ ForcesFile open_forces(const Begin& begin, const ForceProbe& probe) {
   return {path, probe, begin.input.scene.units};
 }
 
-/// Where the results of a run are written. Rows are opened first: if they cannot be continued, nothing has
-/// been changed yet.
+/// The places where the results of a run are written. The CSV files are opened first: if they cannot be
+/// continued, nothing has been changed yet.
 struct Outputs {
   Outputs(const Begin& begin, const ForceProbe& probe, const OutcomeProbe& outcomes)
       : lock(begin.folder),
@@ -115,8 +116,8 @@ struct Outputs {
 };
 
 RunOutcome step_through(const Begin& begin, Simulation& simulation, const RunOutputs& outputs) {
-  // Lives only during the steps: Ctrl-C during the picture ends the command at once, and only the picture is
-  // missing.
+  // It exists only during the steps, so Ctrl-C while the picture is drawn ends the command at once, and only
+  // the picture is missing.
   const InterruptFlag interrupt;
   try {
     return run_loop(simulation, begin.plan.most_steps, begin.plan.until_rest, interrupt, outputs,
@@ -225,7 +226,7 @@ int run(const RunOptions& options) {
       render_pictures({folder, scene, simulation, start, material_of_tet, outcome, options.threads},
                       options.quiet);
       pictures = picture_paths(folder, scene);
-    } catch (const Error& error) {  // the run itself is complete
+    } catch (const Error& error) {  // the results of the run are complete
       outcome.failure = error.what();
     }
   }
@@ -262,7 +263,7 @@ void add_flags(CLI::App& app, RunOptions& options) {
                 "begin at the end of this stage, which an earlier run has saved (docs/stages.md)",
                 [&options](const std::string&, const std::string& text) { options.from_stage = text; });
   add_value(app, "--from", "DIR",
-            "the results that have the end of the stage; default: the folder of the results",
+            "the results folder of the earlier run that saved the stage; default: the folder of this run",
             [&options](const std::string&, const std::string& text) { options.from = text; })
       ->needs(from_stage);
   app.add_flag("--report", options.report, "write report.html: a page about the run");

@@ -60,7 +60,8 @@ Begin begin_anew(const RunOptions& options) {
   scene.output.every = options.every.value_or(scene.output.every);
   scene.output.report = scene.output.report || options.report;
   if (options.until_rest && !scene.stages.empty())
-    throw BadInput("--until-rest", "", "a scene with stages", "nothing: each says when it ends");
+    throw BadInput("--until-rest", "", "a scene with stages",
+                   "no --until-rest: each stage has its own condition to end");
   begin.folder = options.out.value_or(fs::path("results") / folder_name(scene.name));
   begin.plan = {.scene_file = options.scene.file.string(),
                 .scene = write_scene(scene),
@@ -88,8 +89,8 @@ void check_replaceable(const Begin& begin) {
   const fs::path& folder = begin.folder;
   if (begin.replace || !has_checkpoints(folder) || has_ended(folder)) return;
   throw BadInput(
-      folder.string(), "", "checkpoints of a run that did not get to its end",
-      fmt::format("--resume {} to go on with it, or --replace to start anew", shell_word(folder.string())));
+      folder.string(), "", "checkpoints of a run that has not ended",
+      fmt::format("--resume {} to continue it, or --replace to start again", shell_word(folder.string())));
 }
 
 bool has_same_columns(const Begin& begin) {
@@ -115,8 +116,9 @@ void check_same_stages(const Scene& scene, const FoundCheckpoint& found, const s
   const nlohmann::json then = stages_of(found.checkpoint.plan.scene);
   for (std::size_t i = 0; i <= static_cast<std::size_t>(place - names.begin()); ++i) {
     if (i < then.size() && now[i] == then[i]) continue;
-    throw BadInput(scene.source, fmt::format("stages[{}]", i), "another stage than in the run to begin from",
-                   fmt::format("the same stages up to '{}'", stage));
+    throw BadInput(scene.source, fmt::format("stages[{}]", i),
+                   "a stage that differs from the one of the earlier run",
+                   fmt::format("the stages of the earlier run, unchanged up to '{}'", stage));
   }
 }
 
@@ -127,7 +129,7 @@ void copy_rows(const Begin& begin, const fs::path& from) {
   const Checkpoint& checkpoint = begin.checkpoint->checkpoint;
   for (const auto& [name, bytes] : {std::pair("metrics.csv", checkpoint.metrics_bytes),
                                     std::pair("forces.csv", checkpoint.forces_bytes)}) {
-    const std::string rows = io::read_file(from / name, "rows of the run that is begun from");
+    const std::string rows = io::read_file(from / name, "the rows of the earlier run");
     io::write_atomically(begin.folder / name, rows.substr(0, bytes));
   }
 }

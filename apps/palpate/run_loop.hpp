@@ -31,7 +31,7 @@ struct Tally {
 
 /// Counts of a cuckoo table over a run.
 struct CuckooRun {
-  CuckooCounts last;  ///< of the last step
+  CuckooCounts last;  ///< counts of the last step
   double lowest_occupancy = 1.0;
   double highest_occupancy = 0.0;
   Tally bucket_retries;
@@ -45,13 +45,13 @@ struct StageRecord {
   std::string name;
   std::int64_t first_step = 0;
   std::int64_t last_step = 0;
-  double time = 0.0;    ///< at its end
-  bool reached = true;  ///< its condition was met
+  double time = 0.0;    ///< at the end of the stage
+  bool reached = true;  ///< whether its condition was met
   std::int64_t steps_not_converged = 0;
-  std::size_t inverted_tets = 0;       ///< at its end
-  std::vector<OutcomeValue> outcomes;  ///< at its end
+  std::size_t inverted_tets = 0;       ///< at the end of the stage
+  std::vector<OutcomeValue> outcomes;  ///< at the end of the stage
   std::string state_hash;
-  std::vector<PlacedOverlap> overlaps{};  ///< at its end
+  std::vector<PlacedOverlap> overlaps{};  ///< at the end of the stage
 };
 
 /// What happened in a run.
@@ -92,7 +92,7 @@ struct RunOutcome {
 
 class CheckpointWriter;
 
-/// The outputs of a run: files, and what is called at certain steps.
+/// Where the outputs of a run go: files, and functions that are called at certain steps.
 struct RunOutputs {
   FrameWriter& frames;
   MetricsFile& metrics;

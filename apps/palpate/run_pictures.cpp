@@ -29,7 +29,7 @@ std::string caption(const RunImages& run) {
                      run.outcome.at_rest ? ", at rest" : "");
 }
 
-/// Of the bodies, then of the regions: in the order of the model's materials.
+/// Colours of the bodies, then of the regions, in the order of the model's materials.
 std::vector<io::Colour> colours(const Scene& scene) {
   std::vector<io::Colour> list;
   for (std::size_t b = 0; b < scene.bodies.size(); ++b)
@@ -41,7 +41,7 @@ std::vector<io::Colour> colours(const Scene& scene) {
   return list;
 }
 
-/// The same where values are shown: what has none. Grey, so that nothing looks like a value.
+/// The colours for views of values: bodies without values are grey, so that no colour looks like a value.
 std::vector<io::Colour> colours_without_values(const Scene& scene, std::span<const std::uint8_t> coloured) {
   std::vector<io::Colour> list;
   for (const std::uint8_t one : coloured) list.push_back(one != 0 ? io::no_value_colour : io::neutral_colour);
@@ -62,7 +62,7 @@ std::vector<std::uint8_t> flags(const Scene& scene, const BodyNames& bodies, Oth
   return list;
 }
 
-/// (n_bodies) 1 where a body is present at the start of the run, or now.
+/// (n_bodies) 1: the body is present at the start of the run, or now.
 std::vector<std::uint8_t> present(const RunImages& run, bool at_start) {
   std::vector<std::uint8_t> list;
   for (std::size_t b = 0; b < run.scene.bodies.size(); ++b) {
@@ -77,7 +77,7 @@ std::vector<std::uint8_t> present(const RunImages& run, bool at_start) {
 struct Coloured {
   std::vector<double> values;  ///< (n_points), NaN where the view does not show it
   std::optional<io::ColourScale> scale{};
-  std::vector<std::uint8_t> bodies{};  ///< (n_bodies) 1 where it does; empty without a scale
+  std::vector<std::uint8_t> bodies{};  ///< (n_bodies) 1: the body has values; empty without a colour scale
 };
 
 std::vector<std::uint8_t> coloured_bodies(const Scene& scene, const BodyNames& bodies) {
@@ -92,7 +92,7 @@ void keep_coloured(const RunImages& run, Coloured& shown) {
   }
 }
 
-/// The largest value of the bodies that are coloured and seen.
+/// The largest value of the bodies that are coloured and shown.
 double largest_seen(const RunImages& run, const Coloured& shown, const BodyNames& seen) {
   const auto is_seen = flags(run.scene, seen, [](const SceneBody&) { return true; });
   double most = 0.0;
@@ -120,7 +120,7 @@ Coloured field(const RunImages& run, const FieldMap& map, const BodyNames& seen)
                  .bodies = coloured_bodies(run.scene, map.bodies)};
   keep_coloured(run, shown);
   double most = map.most ? *map.most : io::nice_above(largest_seen(run, shown, seen));
-  if (!(most > map.least)) most = map.least + 1.0;  // all values are equal: any scale is right
+  if (!(most > map.least)) most = map.least + 1.0;  // if all values are equal, any scale will do
   const UnitForPeople unit = unit_for_people(most, run.scene.units, find_field(map.name)->dimension);
   for (double& value : shown.values) value *= unit.factor;
   std::string label(find_field(map.name)->title);
@@ -201,8 +201,8 @@ std::vector<fs::path> picture_paths(const fs::path& folder, const Scene& scene) 
 
 namespace {
 
-/// The whole scene. Where a body is not there, the bodies that are; where there are regions, with their
-/// colours.
+/// Draws the whole scene with its bodies that are present. If there are regions, tissues have the colours of
+/// their regions.
 void render_main_picture(const RunImages& run, const fs::path& path) {
   const Picture& picture = run.scene.output.picture;
   const std::vector<std::uint8_t> there = present(run, false);

@@ -77,7 +77,7 @@ Json fields_json(const RunReport& report) {
   if (report.maxima.empty()) return {};
   Json json = Json::object();
   for (const FieldMaximum& most : report.maxima) {
-    if (most.step < 0) continue;  // no frame had a number
+    if (most.step < 0) continue;  // no frame had a value of this field
     const FieldInfo* const info = find_field(most.name);
     json[most.name] = {{"largest", most.value},
                        {"unit", unit_name(report.scene.units, info->dimension)},
@@ -163,7 +163,7 @@ void add_build_and_machine(Json& json, const RunReport& report) {
   json["threads"] = report.threads;
 }
 
-/// Work that the budget left undone; null without a budget.
+/// The work that the budget left undone; null without a budget.
 Json budget_json(const RunReport& report) {
   if (!report.simulation.settings().detection.budget) return {};
   return {{"late_steps", report.outcome.late_steps},

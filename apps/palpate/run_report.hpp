@@ -27,9 +27,10 @@ struct RunReport {
   const OutcomeProbe& outcomes;
   const std::optional<RelaxReport>& relaxed;  ///< empty: the scene did not ask for it
   const RunOutcome& outcome;
-  std::optional<std::int64_t> resumed_from;  ///< step; none: it began at the start
-  std::optional<std::string> from_stage;     ///< it began at the end of this stage of another run
-  std::vector<std::string> stage_warnings;   ///< StageRun::warnings()
+  std::optional<std::int64_t>
+      resumed_from;  ///< the step from which the run was resumed; none: it began at the start
+  std::optional<std::string> from_stage;    ///< the stage of another run at whose end it began
+  std::vector<std::string> stage_warnings;  ///< StageRun::warnings()
   std::filesystem::path folder;
   std::size_t frames = 0;
   std::vector<FieldMaximum> maxima;             ///< of the fields of frames
@@ -41,7 +42,7 @@ struct RunReport {
 
 /// Names of the bodies with clusters that the budget left out in the last step.
 std::vector<std::string> late_body_names(const Bodies& bodies, const Detector& detector);
-/// The same as text, "liver, spleen"; empty where there are none.
+/// The same as a text such as "liver, spleen"; empty if there are none.
 std::string late_bodies_text(const Bodies& bodies, const Detector& detector);
 
 /// The content of run.json.
@@ -53,7 +54,7 @@ struct LargestStress {
   Index tet = -1;  ///< index among the body's own tets
   Vec3 place{};    ///< its centre
 };
-/// Computes them, (n_bodies); rigid bodies have none. O(tets).
+/// Computes the largest stress of each body (n_bodies); rigid bodies have none. O(tets).
 std::vector<LargestStress> largest_stresses(const Simulation& simulation);
 
 /// A warning on a run with steps that did not converge; empty where all converged.
@@ -65,7 +66,7 @@ std::string report_text(const RunReport& report);
 /// A line for each picture.
 std::string pictures_text(std::span<const std::filesystem::path> pictures);
 
-/// A hint on how to resume the run.
+/// A line that says how to resume the run.
 std::string resume_hint(const std::filesystem::path& folder);
 
 /// The exit code of a run. It differs for a run that has results but did not reach its end. Throws

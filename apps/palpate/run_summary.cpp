@@ -22,7 +22,8 @@ std::string tally_line(const char* name, const Tally& tally) {
   return fmt::format("{:<14}{} at the end, {} at most\n", name, tally.last, tally.largest);
 }
 
-/// For a run whose budget left work undone: how much, and in which bodies. Empty where nothing was left.
+/// A line for a run whose budget was too small: how much work is left undone, and in which bodies. Empty if
+/// none is.
 std::string budget_lines(const RunReport& report) {
   const RunOutcome& outcome = report.outcome;
   std::string text;
@@ -65,8 +66,8 @@ std::string notes_lines(const RunReport& report) {
   return text;
 }
 
-/// Bodies that contacts acted on in the run, in the order of the scene: first those that are held, which
-/// people ask for, then free ones.
+/// Bodies on which contacts acted during the run: held ones first, since their forces are usually wanted,
+/// then free ones, each in the order of the scene.
 std::vector<std::size_t> touched_bodies(const RunReport& report) {
   std::vector<std::size_t> held;
   std::vector<std::size_t> free;

@@ -81,7 +81,7 @@ Scene read_chosen(const SceneChoice& choice) {
   return read_scene(choice.file, choice.changes);
 }
 
-/// Indices of tets whose corners have another order than before.
+/// Indices of tets whose corners are in another order than before.
 std::vector<Index> changed_tets(const std::vector<Tet>& before, const std::vector<Tet>& after) {
   std::vector<Index> changed;
   for (std::size_t t = 0; t < after.size(); ++t) {
@@ -124,7 +124,7 @@ void refuse_what_is_no_scene(const std::filesystem::path& path, const std::strin
     throw BadInput(path.string(), "", "no such file or folder", expected);
   const bool file = std::filesystem::is_regular_file(path, ignored);
   if (lower_extension(path) != ".json" && file && !begins_as_a_scene(path))
-    throw BadInput(path.string(), "", "a file of another kind", expected);
+    throw BadInput(path.string(), "", "a file that is neither a mesh nor a scene", expected);
 }
 
 MeshInput read_mesh_input(const std::filesystem::path& path) {

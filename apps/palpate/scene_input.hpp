@@ -34,13 +34,13 @@ struct MeshInput {
 struct SceneInput {
   Scene scene;  ///< always with a name: that of its file if it has none
   Model model;
-  std::vector<std::optional<MeshRecord>> files;  ///< (n_bodies), for bodies from a mesh file
+  std::vector<std::optional<MeshRecord>> files;  ///< (n_bodies), set for bodies from a mesh file
 };
 
 /// The scene that a subcommand works on.
 struct SceneChoice {
   std::filesystem::path file;        ///< .json, or "-": standard input
-  std::vector<std::string> changes;  ///< "KEY=VALUE" each, of --set
+  std::vector<std::string> changes;  ///< changes by --set, each "KEY=VALUE"
 };
 
 /// Whether `path` is a scene (.json or "-") and not a mesh, by its extension. Throws BadInput where it is

@@ -35,7 +35,7 @@ constexpr const char* manual_examples = R"(Examples:
 
 struct ManualOptions {
   std::optional<fs::path> out;
-  std::vector<std::string> subcommand;  ///< its words, "generate" and "box"
+  std::vector<std::string> subcommand;  ///< the words of the subcommand, such as "generate" and "box"
 };
 
 int write_manual(const CLI::App& command, const ManualOptions& options) {

@@ -23,7 +23,7 @@ struct BodySize {
   double length = 0.0;  ///< longest side of its box
   double mass = 0.0;
 
-  /// Ratio to the limits of what is likely; up to 1 there is no warning.
+  /// By how much the size exceeds what is likely, as a ratio; up to 1 there is no warning.
   [[nodiscard]] double strangeness() const {
     return std::max({length / longest, shortest / std::max(length, 1e-300), mass / heaviest});
   }

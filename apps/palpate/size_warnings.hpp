@@ -17,9 +17,9 @@ void warn_of_sizes(const Scene& scene, const Model& model);
 /// \param side  its longest side, in `unit`
 void warn_of_size(const std::string& file, double side, const MeshUnit& unit);
 
-/// "0.21 m", "3.5 mm": a length in metres, for people.
+/// A length in metres for people: "0.21 m", "3.5 mm".
 std::string length_text(double meters);
-/// "1.4 kg", "12 g", "38 tonnes": a mass in kilogrammes, for people.
+/// A mass in kilograms for people: "1.4 kg", "12 g", "38 tonnes".
 std::string mass_text(double kilogrammes);
 
 }  // namespace palpate::app

@@ -11,7 +11,7 @@ namespace palpate::app {
 /// seconds.
 class StatusLine {
  public:
-  /// Makes the line, of at most `width` columns.
+  /// Sets the text of the line, of at most `width` columns.
   using Text = std::function<std::string(std::size_t width)>;
 
   explicit StatusLine(bool quiet);
@@ -20,7 +20,7 @@ class StatusLine {
   StatusLine(const StatusLine&) = delete;
   StatusLine& operator=(const StatusLine&) = delete;
 
-  /// Shows the line if the last one is old enough.
+  /// Shows the line if the one shown is old enough.
   void update(const Text& text);
   /// Shows the line now.
   void show(const Text& text);

@@ -22,9 +22,9 @@ Subcommand add_new(CLI::App& command);
 /// Completes the flags of the whole command, which must outlive this.
 Subcommand add_completion(CLI::App& command);
 Subcommand add_manual(CLI::App& command);
-/// `generate` has one subcommand of its own for each kind of thing.
+/// `generate` has a subcommand for each kind of output.
 std::vector<Subcommand> add_generate(CLI::App& command);
-/// `bench` has one for each report.
+/// `bench` has a subcommand for each report.
 std::vector<Subcommand> add_bench(CLI::App& command);
 
 }  // namespace palpate::app

@@ -34,8 +34,8 @@ std::string nearest_of(const std::string& word, const std::vector<std::string>& 
   return expected_name(word, std::vector<std::string_view>(known.begin(), known.end()));
 }
 
-/// Opens /dev/null for standard streams that the caller closed (">&-"). Otherwise the first file that is
-/// opened would get their number, and printed text would go into it.
+/// Opens /dev/null for standard streams that the caller has closed (">&-"). Otherwise the first file that is
+/// opened would get their number, and printed text would be written into it.
 void open_closed_streams() {
   int opened = 0;
   do {
@@ -70,7 +70,7 @@ BadInput usage_error(CLI::App& command, const CLI::ParseError& error) {
     }
   }
   for (const std::string& word : app.remaining())
-    return {title(app), "", "'" + word + "'", "no such argument"};
+    return {title(app), "", "'" + word + "'", "no further argument"};
   return BadInput(title(app) + ": " + error.what() + " (see --help)");
 }
 

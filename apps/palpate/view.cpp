@@ -61,7 +61,7 @@ std::string token() {
                  "16 to 128 letters, digits, '-' and '_'");
 }
 
-/// The scene to show; for a mesh, one is made.
+/// Loads the scene to show. For a mesh, makes a scene.
 SceneInput scene_to_view(const ViewOptions& options) {
   if (!is_mesh(options.what.file)) {
     refuse_what_is_no_scene(options.what.file,
@@ -106,7 +106,8 @@ bool is_loopback(const std::string& host) {
 
 int serve(ViewOptions options) {
   if (view::page_files().empty()) {
-    throw Error("view", "", "no page in this build", "one: install nodejs and npm, then build again");
+    throw Error("view", "", "a build without the viewer's page",
+                "a build with it: install nodejs and npm, then build again");
   }
   options.server.token = token();
   std::unique_ptr<view::Source> source = open_source(options);

@@ -18,7 +18,7 @@ namespace palpate::app {
 namespace {
 
 constexpr double default_hole_fraction =
-    0.05;  // of the diagonal: larger holes are closed only where the user asks
+    0.05;  // relative to the diagonal; larger holes are closed only if the user asks
 
 Box box_of(const Surface& surface) {
   Box box;
@@ -34,7 +34,7 @@ double diagonal_of(const Box& box, double millimeters, const std::string& source
   constexpr double most = 1e100;
   const double diagonal = millimeters * length(box.upper - box.lower);
   if (diagonal >= least && diagonal <= most) return diagonal;
-  throw Error(source, "", fmt::format("a diagonal of {} mm", diagonal), "one from 1e-100 to 1e100");
+  throw Error(source, "", fmt::format("a diagonal of {} mm", diagonal), "a diagonal from 1e-100 to 1e100 mm");
 }
 
 std::string edge_text(const Surface& surface, const Edge& edge) {
@@ -61,14 +61,14 @@ std::string holes_text(std::size_t holes, std::size_t edges, double largest) {
     throw Error(source, edge_text(surface, *edges.first_bad), found + ")",
                 "a closed surface: two triangles at each edge, or four");
   }
-  constexpr double up = 1.001;  // so that the number in the message closes the hole
+  constexpr double up = 1.001;  // so that a hole of the size in the message is closed
   throw Error(source, edge_text(surface, holes.front().edges.front()),
               holes_text(holes.size(), holes.front().edges.size(), largest),
               fmt::format("a closed surface; --close-holes {} closes {}", short_text(up * largest),
                           holes.size() == 1 ? "it" : "them"));
 }
 
-/// Closes the holes that are small enough, with a remark on each; throws Error where larger ones are left.
+/// Closes the holes that are small enough and adds a remark on each. Throws Error if larger ones are left.
 void close_holes(Surface& surface, const SurfaceEdges& edges, double most, double millimeters,
                  const std::string& source, std::vector<std::string>& remarks) {
   std::vector<Hole> open;
@@ -108,7 +108,7 @@ void remark_self_intersections(const SelfIntersections& found, std::vector<std::
                   counted(found.pairs, "pair"), place_text(found.segments.front()[0])));
 }
 
-/// Records where parts touch in edges or points, with a remark.
+/// Records where parts of the surface touch in edges or points, and adds a remark.
 void join_parts(const Surface& surface, const SurfaceEdges& edges, ClosedSurface& closed) {
   for (const Edge& edge : edges.shared_edges)
     closed.joints.push_back({at(surface.points, edge[0]), at(surface.points, edge[1])});

@@ -12,9 +12,9 @@ namespace palpate::app {
 /// A surface that separates inside from outside.
 struct ClosedSurface {
   Surface surface;  ///< mm
-  /// Segments along which parts of it touch or intersect, mm; of length 0 for points.
+  /// Segments along which parts of the surface touch or intersect, mm. A segment of length 0 is a point.
   std::vector<std::array<Vec3, 2>> joints;
-  bool one_sided = true;  ///< whether all triangles face the same side
+  bool one_sided = true;  ///< all triangles face the same side
   std::vector<std::string>
       remarks;  ///< holes that were closed, edges of four triangles, self-intersections …
 };

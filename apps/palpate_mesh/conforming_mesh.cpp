@@ -16,13 +16,13 @@
 namespace palpate::app {
 namespace {
 
-/// Largest size of triangles over the thickness of the tissue there. With larger triangles the two sides of a
-/// layer would touch. Layers of few voxels have smaller ratios, with which they stay whole (tests,
+/// Largest size of triangles, relative to the thickness of the tissue there. With larger triangles the two
+/// sides of a layer would touch. Layers of few voxels have smaller ratios, with which they stay whole (tests,
 /// Conforming.LayersOfOneVoxel...).
 constexpr double of_thickness = 4.0;
 constexpr double of_one_voxel = 1.2;
 constexpr double of_each_more = 1.6;
-/// Largest distance of triangles from the interface: over their size, and over a voxel.
+/// Largest distance of triangles from the interface, relative to their size, and relative to a voxel.
 constexpr double size_fraction = 0.12;
 constexpr double distance_voxels = 1.0 / 3.0;
 constexpr double default_tets = 55000.0;
@@ -48,8 +48,8 @@ Tissues tissues_of(const NamedMap& map, const TissuePlan& plan, const Shaping& s
   return tissues;
 }
 
-/// The thickness of layers, scaled down where they have few voxels, so that `of_thickness` times it is the
-/// wanted size. A voxel that sticks out of a thick tissue is no layer: it gets the thickness of its
+/// The thickness of layers, scaled down for layers of few voxels, so that `of_thickness` times it is the
+/// wanted size. A voxel that sticks out of a thick tissue is not a layer: it gets the thickness of its
 /// neighbours.
 std::vector<float> layers_of(const Tissues& tissues, double most) {
   const std::vector<float> thickness = thickness_of(tissues, most);
@@ -154,14 +154,15 @@ class ConformingMesher {
     return std::min(size_fraction * sizes_(p), most);
   }
 
-  /// Where a number of tets is asked for, sizes in layers are proportional to the general one.
+  /// If a number of tets is given, sizes in layers are proportional to the general size.
   [[nodiscard]] double scale_of(double size) const { return first_size_ > 0.0 ? size / first_size_ : 1.0; }
 
   void search(double tets) {
     constexpr double lost_as_slivers = 1.04;
     constexpr double near = 0.03;
     constexpr int most = 6;
-    constexpr double wide = 3.0;  // of the size of tets that fill the volume evenly: layers have most of them
+    constexpr double wide =
+        3.0;  // relative to tets that fill the volume evenly, since most tets are in layers
     constexpr double tets_in_a_cube = 6.0;
     const Vec3& s = tissues_.spacing();
     first_size_ = wide * std::cbrt(voxels_ * s.x * s.y * s.z * tets_in_a_cube / tets);

@@ -15,13 +15,13 @@ struct ConformingMesh {
   std::vector<TissueBody> bodies;    ///< in the axes of the map
   MapComparison comparison;
   double size = 0.0;        ///< general size of triangles, mm
-  double least_size = 0.0;  ///< in the thinnest layers
+  double least_size = 0.0;  ///< size in the thinnest layers
   int meshings = 0;
 };
 
-/// Callbacks of a mesher. Either may throw to stop it.
+/// Callbacks of a mesher. Each may throw an exception to stop it.
 struct MeshingProgress {
-  std::function<void(double size)> starts;  ///< before each meshing
+  std::function<void(double size)> starts;  ///< called before each meshing
   std::function<void()> check;              ///< often
 };
 

@@ -43,7 +43,7 @@ const std::string& body_name(const TissueBody& body, const NamedMap& map) {
   return map.labels[static_cast<std::size_t>(main_tissue(body, map) - 1)].name.name;
 }
 
-/// The largest tissue gives the body its name and material, the others are regions.
+/// The name and material of a body are those of its largest tissue; its other tissues become regions.
 std::vector<Region> regions_of(const TissueBody& body, const NamedMap& map) {
   std::vector<Region> regions;
   for (const int tissue : body.tissues) {
@@ -88,7 +88,8 @@ std::vector<Attachment> attachments_of(const ConformingMesh& made, const TissueB
   return attached;
 }
 
-/// Rigid bodies that a soft one is grown to wherever they touch: nothing is left to collide.
+/// Lists the rigid bodies that a soft one is grown to wherever they touch, so that no surface is left for
+/// contacts.
 std::vector<std::string> glued_bodies(const ConformingMesh& made, const TissueBody& body,
                                       const TissuePlan& plan, const NamedMap& map) {
   std::vector<std::string> names;

@@ -28,7 +28,9 @@ ordered_json tissue_json(const TissueMatch& match, const NamedLabel& label) {
           {"dice", match.dice},
           {"lost_voxels", match.lost},
           {"surface_distance",
-           {{"mean", match.distance.mean}, {"95", match.distance.most_of_95}, {"max", match.distance.most}}}};
+           {{"mean", match.distance.mean},
+            {"95", match.distance.percentile_95},
+            {"max", match.distance.largest}}}};
 }
 
 ordered_json interface_json(const InterfaceMatch& match, const TissuePlan& plan) {
@@ -41,8 +43,8 @@ ordered_json interface_json(const InterfaceMatch& match, const TissuePlan& plan)
       {"closed_area", match.closed_area}};
 }
 
-/// Fraction of the area between tissues that is closed in the mesh, without open pairs; 1 where there is no
-/// such area.
+/// Fraction of the area between tissues that is closed in the mesh, without open pairs; 1 if there is no such
+/// area.
 double closed_fraction(const ConformingMesh& made, const TissuePlan& plan) {
   double closed = 0.0;
   double all = 0.0;
@@ -109,7 +111,7 @@ std::string text_of(const ConformingMesh& made, const TissuePlan& plan) {
     text += fmt::format("{:<{}}  {:>7}  {:>9.1f}  {:>11.4g}  {:>11.1f}  {:>6.3f}  {:>12.2f}  {:>12.2f}\n",
                         shortened(plan.names[t], width), width, match.tets, match.least_angle,
                         1e-3 * match.volume, 100.0 * match.volume / match.map_volume, match.dice,
-                        match.distance.mean, match.distance.most_of_95);
+                        match.distance.mean, match.distance.percentile_95);
   }
   return text + fmt::format("{:.2f} % of the area where organs touch is closed; sizes {} to {} mm\n",
                             100.0 * closed_fraction(made, plan), short_text(made.least_size),

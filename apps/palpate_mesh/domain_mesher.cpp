@@ -1,6 +1,6 @@
 #include "domain_mesher.hpp"
 
-// CGAL's mesher: it takes half a minute and 3 GB to compile.
+// Contains CGAL's mesher: compiling takes half a minute and 3 GB.
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Labeled_mesh_domain_3.h>
 #include <CGAL/Mesh_complex_3_in_triangulation_3.h>
@@ -64,7 +64,7 @@ namespace parameters = CGAL::parameters;
 }  // namespace
 }  // namespace palpate::app
 
-/// CGAL would write files into the current folder where its refinement fails.
+/// Prevents CGAL from writing files into the current folder if its refinement fails.
 template <>
 struct CGAL::Dump_c3t3<palpate::app::Complex, true> {  // NOLINT(readability-identifier-naming)
   void dump_c3t3(const palpate::app::Complex& /*complex*/, const std::string& /*prefix*/) const {}
@@ -96,7 +96,7 @@ std::map<Place, Index> sorted_points(const Complex& complex) {
   return points;
 }
 
-/// Puts the lowest corner first, by an even permutation, which keeps the volume positive.
+/// Moves the lowest corner to the front by an even permutation, which keeps the volume positive.
 Tet lowest_first(Tet tet) {
   const auto lowest = std::ranges::min_element(tet) - tet.begin();
   if (lowest == 1) tet = {tet[1], tet[0], tet[3], tet[2]};
@@ -142,7 +142,7 @@ std::optional<Complex> refined(const SeededDomain& domain, const Criteria& crite
                                    parameters::pointer_to_error_code = &failed));
     if (failed == CGAL::CGAL_MESH_3_NO_ERROR) return complex;
   } catch (const CGAL::Failure_exception&) {
-    // Usually CGAL asks for the same point twice where the surface is no manifold.
+    // Usually CGAL asks for the same point twice if the surface is no manifold.
   }
   return std::nullopt;
 }
@@ -151,8 +151,8 @@ std::optional<Complex> refined(const SeededDomain& domain, const Criteria& crite
 
 std::optional<LabelledMesh> mesh_domain(const LabelledDomain& domain, const MeshingCriteria& criteria) {
   if (domain.seeds.empty()) return LabelledMesh{};
-  CGAL::set_warning_handler(
-      [](const char*, const char*, const char*, int, const char*) {});  // by default it prints
+  CGAL::set_warning_handler([](const char*, const char*, const char*, int, const char*) {
+  });  // replaces CGAL's function, which prints
   CGAL::set_error_handler([](const char*, const char*, const char*, int, const char*) {});
   const SeededDomain seeded = make_domain(domain);
   const Criteria fine(parameters::facet_angle = 25.0, parameters::facet_size = CgalSize{&criteria.facet_size},
@@ -161,7 +161,7 @@ std::optional<LabelledMesh> mesh_domain(const LabelledDomain& domain, const Mesh
                       parameters::cell_size = CgalSize{&criteria.cell_size});
   for (const bool manifold : {true, false}) {
     if (manifold && !criteria.manifold) continue;
-    CGAL::get_default_random() = CGAL::Random(0);  // perturbing draws from it
+    CGAL::get_default_random() = CGAL::Random(0);  // CGAL draws from it when it perturbs points
     std::optional<Complex> complex = refined(seeded, fine, criteria.max_points, manifold);
     if (!complex) continue;
     if (!criteria.wanted || criteria.wanted(complex->number_of_cells_in_complex())) {

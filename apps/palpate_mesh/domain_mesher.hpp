@@ -17,25 +17,26 @@ struct InterfaceSeed {
   std::array<int, 2> labels{0, 1};  ///< ascending
 };
 
-/// A region of space to mesh, with a label at each place. All lengths in one unit.
+/// A region of space to mesh, with a label at each place. All lengths have the same unit.
 struct LabelledDomain {
-  std::function<int(const Vec3&)> label;  ///< 0 outside; may throw, and the mesher passes that on
-  Vec3 lower;                             ///< box around all that is inside
+  std::function<int(const Vec3&)> label;  ///< 0 outside. May throw; the mesher passes the exception on
+  Vec3 lower;                             ///< corner of a box around all places with a label
   Vec3 upper;
   /// Points from which the refinement of interfaces starts: some for each component, and behind each thin
   /// neck.
   std::vector<InterfaceSeed> seeds;
 };
 
-/// A length at each place.
+/// A length as a function of the place.
 using SizeField = std::function<double(const Vec3&)>;
 
-/// How fine a mesh is to be.
+/// The resolution of a mesh.
 struct MeshingCriteria {
-  SizeField facet_size;        ///< bound of the radius of a ball round a triangle of an interface
-  SizeField facet_distance;    ///< bound from the middle of such a triangle to the interface
-  SizeField cell_size;         ///< bound of the radius of the circumsphere of a tet
-  std::size_t max_points = 0;  ///< of the mesh, > 0
+  SizeField facet_size;        ///< upper bound of the circumradius of triangles of interfaces
+  SizeField facet_distance;    ///< upper bound of the distance between the centre of such a triangle and the
+                               ///< interface
+  SizeField cell_size;         ///< upper bound of the circumradius of tets
+  std::size_t max_points = 0;  ///< maximum number of points of the mesh, > 0
   bool manifold = true;  ///< whether to make the surface a manifold, where possible; with one label only
   /// Called with the number of tets before tets are improved, which takes longest. If it returns false, the
   /// mesh is returned without that. Absent: all are improved.
@@ -46,7 +47,7 @@ struct MeshingCriteria {
 struct LabelledMesh {
   TetMesh mesh;             ///< points and tets sorted
   std::vector<int> labels;  ///< (n_tets), > 0
-  bool manifold = true;     ///< whether the surface was asked to be a manifold, and is
+  bool manifold = true;     ///< the surface was asked to be a manifold, and is one
 };
 
 /// Meshes the domain by Delaunay refinement, then perturbs points and changes the connectivity where tets are

@@ -13,14 +13,14 @@ namespace {
 using Image = itk::Image<float, 3>;
 using Mask = itk::Image<std::uint8_t, 3>;
 
-/// The voxels round a label that its field needs; they may reach over the border of the map.
+/// The voxels around a label that its field needs; they may extend beyond the map.
 struct Crop {
   std::array<int, 3> lower{};
   std::array<int, 3> size{};
 };
 
 Crop crop_of(const LabelExtent& extent, const LabelMap& map, const Shaping& shaping) {
-  constexpr double widths = 4.0;  // standard deviations of the blur, beyond which it is zero
+  constexpr double widths = 4.0;  // in standard deviations of the blur; beyond, it is zero
   const double least = std::min({map.spacing.x, map.spacing.y, map.spacing.z});
   const int margin = 2 + static_cast<int>(std::ceil(widths * shaping.smoothing + shaping.gap / least));
   Crop crop;
@@ -31,7 +31,7 @@ Crop crop_of(const LabelExtent& extent, const LabelMap& map, const Shaping& shap
   return crop;
 }
 
-/// An image of the crop, 1 where `is_in(label)`; beyond the border of the map is 0.
+/// An image of the crop: 1 where `is_in(label)` is true; 0 elsewhere and beyond the map.
 template <class Picture, class Function>
 typename Picture::Pointer mask_of(const LabelMap& map, const Crop& crop, Function&& is_in) {
   typename Picture::SizeType size;
@@ -106,7 +106,7 @@ std::optional<Lattice> distance_to_labels(const LabelMap& map, const LabelExtent
   filter->SetNumberOfWorkUnits(1);
   filter->Update();
   Lattice distance = lattice_of(*blurred(filter->GetOutput(), shaping.smoothing), map, crop);
-  // ITK measures to the centre of the border voxels: half a voxel beyond the face.
+  // ITK measures the distance to the centre of the border voxels, half a voxel beyond the face.
   const auto half = static_cast<float>(0.5 * std::max({map.spacing.x, map.spacing.y, map.spacing.z}));
   for (float& value : distance.values) value -= half;
   return distance;

@@ -26,7 +26,7 @@ struct Frame {
   [[nodiscard]] Vec3 to_world(const Vec3& p) const;
 };
 
-/// A volume of voxels with a number each: 0 is outside, any other number is an organ.
+/// A volume of voxels with a number each: 0 is outside, every other number is an organ.
 struct LabelMap {
   std::array<int, 3> size{};  ///< voxels along i, j, k
   Vec3 spacing{};             ///< mm from one voxel to the next along i, j, k
@@ -47,7 +47,7 @@ struct VoxelBox {
   std::array<int, 3> upper{};
 };
 
-/// A label that is in a map.
+/// A label and its voxels in a map.
 struct LabelExtent {
   std::int32_t label = 0;
   std::size_t voxels = 0;
@@ -66,7 +66,7 @@ LabelMap read_label_map(const std::filesystem::path& path);
 /// Whether read_label_map() reads this path: by its extension, or because it is a folder.
 bool is_label_map(const std::filesystem::path& path);
 
-/// The labels of a map without 0, ascending. O(voxels).
+/// The labels that occur in a map, except 0, ascending. O(voxels).
 std::vector<LabelExtent> labels_in(const LabelMap& map);
 
 }  // namespace palpate::app

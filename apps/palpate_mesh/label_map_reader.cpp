@@ -76,7 +76,7 @@ itk::ImageIOBase::Pointer reader_of(const fs::path& path) {
 std::string short_message(const itk::ExceptionObject& error) {
   std::string text = error.GetDescription();
   std::ranges::replace(text, '\n', ' ');
-  // "itk::ERROR: NrrdImageIO(0x558cf5b8a2d0): ": an address is of no use in a message.
+  // An address as in "itk::ERROR: NrrdImageIO(0x558cf5b8a2d0): " is of no use in a message.
   if (const auto place = text.find("): "); text.find("(0x") < place && place != std::string::npos)
     text.erase(0, place + 3);
   return text;
@@ -84,9 +84,9 @@ std::string short_message(const itk::ExceptionObject& error) {
 
 void check_header(const itk::ImageIOBase& io, const std::string& source) {
   if (io.GetNumberOfComponents() != 1) {
-    throw Error(
-        source, "header", fmt::format("{} values a voxel", io.GetNumberOfComponents()),
-        "one: a label map without overlapping segments (3D Slicer: export the segmentation to a label map)");
+    throw Error(source, "header", fmt::format("{} values a voxel", io.GetNumberOfComponents()),
+                "one value a voxel: a label map without overlapping segments (3D Slicer: export the "
+                "segmentation to a label map)");
   }
   std::int64_t voxels = 1;
   for (unsigned axis = 0; axis < io.GetNumberOfDimensions(); ++axis) {
@@ -96,7 +96,7 @@ void check_header(const itk::ImageIOBase& io, const std::string& source) {
     }
     if (count > most_voxels || (voxels *= count) > most_voxels) {
       throw Error(source, "header", "more than " + std::to_string(most_voxels) + " voxels",
-                  "fewer: crop the map to the organs");
+                  "fewer voxels: crop the map to the organs");
     }
   }
   if (io.GetNumberOfDimensions() < 3) {
@@ -121,7 +121,7 @@ std::optional<std::string> file_of_voxels(const fs::path& path) {
   return std::nullopt;
 }
 
-/// Reading a pipe or a device may never end.
+/// Refuses pipes and devices, since reading them may never end.
 void check_file_of_voxels(const fs::path& path) {
   const std::optional<std::string> name = file_of_voxels(path);
   if (!name) return;
@@ -136,7 +136,7 @@ void check_file_of_voxels(const fs::path& path) {
 void check_bytes(const itk::ImageIOBase& io, const fs::path& path) {
   const std::string name = lower_name(path);
   if (name.ends_with(".nhdr") || name.ends_with(".mhd") || file_of_voxels(path)) return;
-  constexpr double most_deflated = 1032.0;  // zlib: no more bytes from one
+  constexpr double most_deflated = 1032.0;  // zlib never makes more bytes from one
   const auto bytes = static_cast<double>(fs::file_size(path));
   double needed = io.GetComponentSize();
   for (unsigned axis = 0; axis < io.GetNumberOfDimensions(); ++axis) {
@@ -225,7 +225,7 @@ Image::Pointer read_series(const fs::path& folder) {
   const auto series = names->GetSeriesUIDs();
   if (series.size() != 1) {
     throw Error(folder.string(), "", fmt::format("{} DICOM series", series.size()),
-                series.empty() ? "a folder with one" : "one: a folder for each");
+                series.empty() ? "a folder with one" : "one series: put each into a folder of its own");
   }
   const auto reader = itk::ImageSeriesReader<Image>::New();
   reader->SetImageIO(itk::GDCMImageIO::New());

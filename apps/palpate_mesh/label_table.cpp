@@ -54,7 +54,8 @@ std::vector<LabelName> read_label_table(const std::filesystem::path& path) {
                   "LABEL NAME RED GREEN BLUE, or a line of ITK-SNAP");
     }
     if (!seen.insert(entry->label).second) {
-      throw Error(path.string(), where, fmt::format("label {} again", entry->label), "each label once");
+      throw Error(path.string(), where, fmt::format("label {} for the second time", entry->label),
+                  "each label once");
     }
     names.push_back(*entry);
   }

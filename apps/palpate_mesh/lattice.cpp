@@ -10,7 +10,8 @@
 namespace palpate::app {
 namespace {
 
-/// A cell and the fraction of it along one axis; what is beyond the ends of the lattice is moved to them.
+/// The cell that contains a coordinate, and its fraction within the cell along one axis. Coordinates beyond
+/// the lattice are moved to its end.
 struct Place {
   int cell;
   double fraction;
@@ -44,7 +45,7 @@ double value_in_cell(const std::array<double, 8>& v, double x, double y, double 
   return interpolate(low, high, z);
 }
 
-constexpr int samples = 2;  // of a cell along each axis
+constexpr int samples = 2;  // samples of a cell along each axis
 
 /// Calls f(value, range) for each subcell: the value at its centre, and the range of values within it.
 template <class Function>
@@ -168,7 +169,7 @@ SurfaceSeeds surface_seeds(const Lattice& lattice, double spacing) {
   std::vector<Thinner> thinners;
   const double point_volume = lattice.spacing.x * lattice.spacing.y * lattice.spacing.z;
   for (const std::size_t size : components.sizes) {
-    constexpr double of_a_small_one = 0.6;  // some dozen points on a ball
+    constexpr double of_a_small_one = 0.6;  // some dozen points, if it is a ball
     thinners.emplace_back(
         std::min(spacing, of_a_small_one * std::cbrt(static_cast<double>(size) * point_volume)));
   }

@@ -34,13 +34,13 @@ fs::path output_folder(const MeshOptions& options) {
   fs::path folder = input_name(options) + "-bodies";
   std::error_code ignored;
   if (fs::exists(folder, ignored)) {
-    throw BadInput(folder.string(), "", "a folder of that name already",
-                   "--out FOLDER, whose files may be replaced");
+    throw BadInput(folder.string(), "", "an existing folder",
+                   "no folder of this name; name it with --out to replace its files");
   }
   return folder;
 }
 
-/// Shows on one line what is being meshed, and stops at an interrupt.
+/// Shows on one line what is being meshed. Stops at an interrupt.
 class Progress {
  public:
   explicit Progress(bool quiet) : status_(quiet) {}
@@ -121,7 +121,7 @@ void mesh_each(MeshOptions& options, const fs::path& folder) {
 }
 
 void mesh_together(MeshOptions& options, const fs::path& folder) {
-  constexpr double default_smoothing = 0.5;  // so that layers of one voxel stay
+  constexpr double default_smoothing = 0.5;  // so that layers of one voxel stay whole
   if (!options.shaping.smoothing_given) options.shaping.smoothing = default_smoothing;
   Stopwatch watch;
   const NamedMap map = as_input([&] { return read_named_map(options); });

@@ -17,7 +17,8 @@ namespace {
 
 using Triangle3 = std::array<Vec3, 3>;
 
-/// Calls f(voxel, voxel before, axis) for all pairs of neighbours of different tissues, also those outside.
+/// Calls f(voxel, voxel before, axis) for each pair of neighbouring voxels of different tissues, also at the
+/// border of the map.
 template <class Function>
 void for_voxel_faces(const Tissues& tissues, Function&& f) {
   const auto& size = tissues.size();
@@ -67,7 +68,7 @@ Vec3 middle_of(const Triangle3& t) {
 }
 
 /// Distance of p from the nearest of these triangles.
-/// \param tree  of their boxes
+/// \param tree  tree of their boxes
 double distance_to(const Vec3& p, const std::vector<Triangle3>& triangles, const BoxTree& tree) {
   double least = std::numeric_limits<double>::infinity();
   tree.for_each_within(
@@ -96,8 +97,8 @@ SurfaceDistance distance_between(const std::vector<Triangle3>& a, const std::vec
   std::ranges::sort(distances);
   SurfaceDistance found;
   for (const double d : distances) found.mean += d / static_cast<double>(distances.size());
-  found.most = distances.back();
-  found.most_of_95 = distances[(distances.size() - 1) * 95 / 100];
+  found.largest = distances.back();
+  found.percentile_95 = distances[(distances.size() - 1) * 95 / 100];
   return found;
 }
 

@@ -13,8 +13,8 @@ namespace palpate::app {
 /// Distances between two surfaces, mm.
 struct SurfaceDistance {
   double mean = 0.0;
-  double most_of_95 = 0.0;  ///< 95 % of the distances are at most this
-  double most = 0.0;        ///< Hausdorff distance
+  double percentile_95 = 0.0;  ///< 95 % of the distances are at most this
+  double largest = 0.0;        ///< Hausdorff distance
 };
 
 /// Comparison of a tissue of a mesh with its voxels.
@@ -42,7 +42,7 @@ struct InterfaceMatch {
 
 struct MapComparison {
   std::vector<TissueMatch> tissues;        ///< (n_tissues)
-  std::vector<InterfaceMatch> interfaces;  ///< by tissues; of all pairs that touch in map or mesh
+  std::vector<InterfaceMatch> interfaces;  ///< of all pairs that touch in map or mesh, sorted by tissues
 };
 
 /// Compares a mesh in the axes of the map with the map. O(tets x lines of voxels in each + voxels).

@@ -29,23 +29,24 @@ void check_conformity(const MeshOptions& options) {
   const Conformity& conformity = options.conformity;
   if (!conformity.wanted) {
     if (conformity.general || !conformity.pairs.empty())
-      throw BadInput("--relation", "", "it without --conforming", "both");
-    if (!conformity.focuses.empty()) throw BadInput("--focus", "", "it without --conforming", "both");
+      throw BadInput("--relation", "", "this flag without --conforming", "both flags");
+    if (!conformity.focuses.empty())
+      throw BadInput("--focus", "", "this flag without --conforming", "both flags");
     return;
   }
   if (!is_label_map(options.inputs.front()))
     throw BadInput("--conforming", "", "surfaces", "a label map: only its labels fill space without gaps");
   const Fineness& fineness = options.fineness;
   if (fineness.tets_each > 0.0 || !fineness.named_tets.empty()) {
-    throw BadInput("--tets", "", "tets of single organs with --conforming",
+    throw BadInput("--tets", "", "a number of tets for single organs, with --conforming",
                    "--tets N for the whole mesh, --size ORGAN=MM for one organ");
   }
   bool open = conformity.general == Relation::open;
   for (const auto& pair : conformity.pairs) open = open || pair.relation == Relation::open;
   if (open != (options.shaping.gap > 0.0)) {
     throw BadInput(open ? "--relation" : "--gap", "",
-                   open ? "'open' without --gap" : "it with --conforming and no --relation that is open",
-                   "both: --relation A:B=open --gap MM");
+                   open ? "'open' without --gap" : "this flag with --conforming, but no --relation 'open'",
+                   "both flags: --relation A:B=open --gap MM");
   }
 }
 
@@ -75,7 +76,8 @@ void check_mesh_options(const MeshOptions& options) {
   const Fineness& fineness = options.fineness;
   if ((fineness.size > 0.0 ? 1 : 0) + (fineness.tets > 0.0 ? 1 : 0) + (fineness.tets_each > 0.0 ? 1 : 0) >
       1) {
-    throw BadInput("mesh", "", "several of --size, --tets, --tets-each for all organs", "one of them");
+    throw BadInput("mesh", "", "more than one of --size, --tets and --tets-each for all organs",
+                   "only one of them");
   }
   check_conformity(options);
 }

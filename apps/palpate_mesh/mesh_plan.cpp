@@ -59,10 +59,10 @@ class Mesher {
 
   /// Meshes some organs to a number of tets together.
   void search(const std::vector<std::size_t>& group, double wanted) {
-    constexpr double tets_in_a_cube = 6.0;  // a cube with edges of the wanted size, as a first guess
+    constexpr double tets_in_a_cube = 6.0;  // first guess: tets in a cube whose edges have the wanted size
     constexpr double near = 0.02;
     constexpr int most = 8;
-    constexpr double most_work = 12.0;  // limit for the sum over all meshings, over the wanted number
+    constexpr double most_work = 12.0;  // limit on the tets of all meshings, relative to the wanted number
     double volume = 0.0;
     for (const std::size_t organ : group) volume += meshed_[organ].shape_volume;
     if (!(volume > 0.0)) fail_volume(group.front());

@@ -10,7 +10,7 @@
 /// The scene that `palpate mesh` writes.
 namespace palpate::app {
 
-/// A first guess, soft tissue between fat and muscle, in Pa and g/mm^3; users replace it.
+/// A first guess of the material: soft tissue between fat and muscle, in Pa and g/mm^3. Users replace it.
 inline const Material first_tissue{.young_modulus = 20e3,
                                    .poisson_ratio = 0.45,
                                    .density = 1e-3,

@@ -8,7 +8,7 @@ namespace {
 
 /// The keyword before the counts: "OFF", with letters for further properties of a point, or nothing.
 struct OffHead {
-  bool more_at_points = false;  ///< normals, colours or texture coordinates behind x, y and z
+  bool more_at_points = false;  ///< after x, y and z come normals, colours or texture coordinates
 };
 
 OffHead read_head(io::TextScanner& text) {

@@ -20,7 +20,7 @@ struct Organ {
   Lattice field;              ///< approximate distance to the surface, > 0 inside, mm; in the organ's frame
   Frame frame;                ///< from the axes of the field to the world
   double input_volume = 0.0;  ///< of the voxels of the label, or inside the surface, mm^3
-  std::vector<std::string> remarks;  ///< remarks on the input, for the user
+  std::vector<std::string> remarks;  ///< for the user
   double thickness = 0.0;            ///< twice the volume over the area, mm; 0: unknown
 };
 
@@ -45,9 +45,9 @@ Lattice label_field(const LabelMap& map, const LabelExtent& extent, const Shapin
 /// The shape of a closed surface.
 struct SurfaceShape {
   Lattice field;                     ///< like that of an Organ
-  double volume = 0.0;               ///< inside the surface, mm^3
+  double volume = 0.0;               ///< like Organ::input_volume
   double thickness = 0.0;            ///< like that of an Organ
-  std::vector<std::string> remarks;  ///< remarks on the surface, for the user
+  std::vector<std::string> remarks;  ///< for the user
 };
 
 /// The smooth shape of a closed surface mesh: its signed distance at the points of a lattice with 150 steps

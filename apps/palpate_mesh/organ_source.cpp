@@ -137,7 +137,8 @@ OrganList organs_of_surfaces(const MeshOptions& options) {
   for (const auto& input : options.inputs) {
     known.push_back(input.stem().string());
     if (std::ranges::count(known, known.back()) > 1) {
-      throw BadInput(input.string(), "", "a second organ '" + known.back() + "'", "files of different names");
+      throw BadInput(input.string(), "", "two organs with the name '" + known.back() + "'",
+                     "files of different names");
     }
   }
   check_named_organs(options, known);

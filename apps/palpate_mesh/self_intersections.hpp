@@ -8,11 +8,11 @@
 
 namespace palpate::app {
 
-/// Pairs of triangles of a surface that meet elsewhere than in their common points.
+/// Pairs of triangles of a surface that intersect or touch elsewhere than in their common points.
 struct SelfIntersections {
   std::size_t pairs = 0;
   std::vector<std::array<Vec3, 2>>
-      segments;  ///< where they meet: one segment per pair, of length 0 for a point
+      segments;  ///< the intersections: one segment per pair, of length 0 for a point
 };
 
 /// Finds self-intersections. Pairs with a common edge are left out: they meet elsewhere only where one is

@@ -19,7 +19,7 @@ bool SizeSearch::coarser_does_not_help() const {
 }
 
 double SizeSearch::next() const {
-  constexpr double power = -2.6;  // number of tets ~ size^power: -3 in thick organs, -2 in thin ones
+  constexpr double power = -2.6;  // exponent p of tets ~ size^p: -3 in thick organs, -2 in thin ones
   double slope = power;
   const auto [size, off] = tried_.back();
   if (tried_.size() >= 2) {

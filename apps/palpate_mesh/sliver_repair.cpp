@@ -104,7 +104,7 @@ class Repairer {
   }
 
   bool improve_point(std::size_t point) {
-    constexpr double first_step = 0.25;  // of the shortest edge
+    constexpr double first_step = 0.25;  // relative to the shortest edge
     constexpr double last_step = 0.01;
     const double edge = shortest_edge(point);
     const double before = worst_at(point);

@@ -20,7 +20,7 @@ struct Surface {
 /// both removed (such as the wall between two boxes), unless nothing would be left. O(n log n).
 Surface surface_of(PolygonFile file);
 
-/// "(1.5, -2, 30)": a place for messages.
+/// A place as text for messages: "(1.5, -2, 30)".
 std::string place_text(const Vec3& p);
 
 }  // namespace palpate::app

@@ -82,7 +82,7 @@ class RingFinder {
     // The walk can end only where it began. Each loop that it closes before is a ring of its own.
     std::vector<std::size_t> walk;
     Index point = edges_[first_].along[0];
-    std::unordered_map<Index, std::ptrdiff_t> passed{{point, 0}};  // by point: edges walked until there
+    std::unordered_map<Index, std::ptrdiff_t> passed{{point, 0}};  // number of edges walked until each point
     while (true) {
       const std::size_t edge = unused_at(point);
       used_[edge] = true;

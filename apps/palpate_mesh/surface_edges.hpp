@@ -12,7 +12,7 @@ namespace palpate::app {
 /// A gap in a surface: a ring of edges of one triangle each.
 struct Hole {
   std::vector<Edge> edges;  ///< each in the direction of its triangle
-  double size = 0.0;        ///< diagonal of the box round it
+  double size = 0.0;        ///< diagonal of its bounding box
 };
 
 /// Counts of the edges of a surface. A surface separates inside from outside if each edge has an even number
@@ -22,7 +22,7 @@ struct SurfaceEdges {
   /// Edges with three, five … triangles, and edges with one triangle that are connected to them: no hole to
   /// close.
   std::size_t odd_edges = 0;
-  std::vector<Edge> shared_edges;  ///< of four or more triangles, an even number
+  std::vector<Edge> shared_edges;  ///< with four or more triangles, an even number
   bool one_sided = true;           ///< the triangles at each edge face the same side
   /// The first edge with an odd number of triangles (in the order of triangles), and that number; none for a
   /// closed surface.

@@ -27,14 +27,14 @@ bool is_surface(const std::filesystem::path& path);
 PolygonFile read_surface_file(const std::filesystem::path& path);
 
 // One reader for each format.
-// \param bytes  of the file
+// \param bytes  content of the file
 // \param source  its name, for messages
 
 /// Triangles, text or binary. Each triangle has its own points. A text may have "end solid" for "endsolid".
 /// (3D Systems, "StereoLithography Interface Specification", 1988)
 PolygonFile read_stl(const std::string& source, std::string_view bytes);
 
-/// The lines "v" and "f"; all others are passed over. (Wavefront, "Object Files (.obj)", appendix B1)
+/// Reads the lines "v" and "f" and skips all others. (Wavefront, "Object Files (.obj)", appendix B1)
 PolygonFile read_obj(const std::string& source, std::string_view bytes);
 
 /// The elements "vertex" (x, y, z) and "face" (a list vertex_indices or vertex_index), text or binary; all

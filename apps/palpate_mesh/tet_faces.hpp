@@ -12,7 +12,7 @@ namespace palpate::app {
 /// A face between two tissues, or between a tissue and the outside.
 struct InterfaceFace {
   std::array<Index, 3> points{};  ///< ascending
-  std::array<Index, 2> tets{};    ///< that of the lower label first; -1 for the outside
+  std::array<Index, 2> tets{};    ///< the tets on both sides, the lower label first; -1 for the outside
   std::array<int, 2> labels{};    ///< ascending, 0: the outside
 };
 

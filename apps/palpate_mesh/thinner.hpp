@@ -12,7 +12,7 @@
 
 namespace palpate::app {
 
-/// Accepts points that are no closer than a distance to all that it has accepted.
+/// Accepts a point only if it is at least a given distance away from all points accepted before.
 class Thinner {
  public:
   explicit Thinner(double distance) : distance_(distance) {}

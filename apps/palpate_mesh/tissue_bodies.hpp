@@ -20,7 +20,7 @@ struct Relations {
     Relation relation = Relation::grown;
   };
   Relation general = Relation::grown;
-  std::vector<Pair> pairs{};  ///< of several entries for a pair the last one holds
+  std::vector<Pair> pairs{};  ///< if a pair has several entries, the last one counts
   [[nodiscard]] Relation between(int a, int b) const;
 };
 
@@ -30,14 +30,14 @@ struct TissueBody {
   bool rigid = false;
   TetMesh mesh;                    ///< tets by tissue; points in the order of the whole mesh
   std::vector<int> tissue_of_tet;  ///< (n_tets), ascending
-  std::vector<Index> points;       ///< (n_points), their indices in the whole mesh
+  std::vector<Index> points;       ///< (n_points) indices of its points in the whole mesh
 };
 
 /// Pairs of tissues that touch, each ascending, from 1.
 using TissuePairs = std::set<std::array<int, 2>>;
 
-/// Throws Error where tissues that slide or are open are one body through others. `rigid` and `names` are
-/// those of tissue t at t - 1. O(pairs x tissues).
+/// Throws Error if tissues that slide or are open belong to one body because of relations with others.
+/// `rigid` and `names` are those of tissue t at t - 1. O(pairs x tissues).
 void check_relations(const TissuePairs& pairs, const Relations& relations, const std::vector<bool>& rigid,
                      const std::vector<std::string>& names);
 

@@ -15,18 +15,18 @@ struct TissuePlan {
   std::vector<std::string> names;  ///< (n_tissues)
   std::vector<bool> rigid;         ///< (n_tissues)
   Relations relations;
-  TissueSizes sizes;  ///< without the general size
+  TissueSizes sizes;  ///< sizes without the general size
 };
 
 /// Throws BadInput where a flag names a tissue that does not exist.
 TissuePlan plan_of(const MeshOptions& options, const NamedMap& map);
 
-/// Throws Error where the relations of tissues whose voxels touch contradict each other, so that it is told
-/// before meshing. O(voxels log).
+/// Throws Error if the relations of tissues whose voxels touch contradict each other, so that the user learns
+/// it before meshing. O(voxels log).
 void check_plan(const TissuePlan& plan, const NamedMap& map);
 
-/// One line each on what a reader of a mesh should know of the labels: those cut by the border of the map,
-/// islands, labels of a few voxels. O(voxels).
+/// Remarks for the user on the labels, one line each: labels cut by the border of the map, islands, labels of
+/// a few voxels. O(voxels).
 std::vector<std::string> label_warnings(const NamedMap& map);
 
 }  // namespace palpate::app

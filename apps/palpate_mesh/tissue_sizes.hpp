@@ -26,8 +26,8 @@ struct TissueSizes {
   std::vector<double> own;              ///< (n_tissues + 1), 0: none; the first is not used
   std::vector<Interface> interfaces{};  ///< interfaces with a size of their own
   std::vector<Focus> focuses{};
-  double of_thickness = 1.0;  ///< largest size over the thickness of the tissue
-  double growth = 0.3;        ///< growth of the size over the distance from where it must be smaller
+  double of_thickness = 1.0;  ///< largest size relative to the thickness of the tissue
+  double growth = 0.3;        ///< growth of the size with the distance from places where it must be smaller
 };
 
 /// Thickness of the tissue at each voxel, mm: the shortest run of voxels of the same tissue along the 13

@@ -13,7 +13,7 @@
 namespace palpate::app {
 namespace {
 
-constexpr int margin = 2;  // voxels around the map, so that the blur of labels at its border ends within
+constexpr int margin = 2;  // voxels around the map, so that the blur of labels at its border ends inside
 constexpr std::int16_t several = -1;
 
 std::vector<std::uint16_t> tissue_of_voxels(const LabelMap& map, const std::vector<LabelExtent>& extents) {
@@ -131,7 +131,7 @@ std::vector<double> Tissues::volumes() const {
   constexpr Vec3 steps{0.8191725133961645, 0.6710436067037893, 0.5497004779019703};
   std::vector<double> volumes(fields_.size() + 1);
   const double voxel = spacing_.x * spacing_.y * spacing_.z;
-  double mixed = 0.0;  // number of cells of several tissues so far
+  double mixed = 0.0;  // number of cells with several tissues so far
   for_points(cells_, [&](int i, int j, int k) {
     const std::int16_t whole = cell_[cell_index(i, j, k)];
     if (whole != several) {

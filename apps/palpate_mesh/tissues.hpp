@@ -21,8 +21,8 @@ class Tissues {
   /// tissues).
   Tissues(const LabelMap& map, const std::vector<LabelExtent>& extents, double smoothing);
 
-  /// Leaves half of `gap` (mm) free along the interfaces of a tissue with others: the distance to these
-  /// others, > 0 outside them, at the points of a lattice.
+  /// Moves the surface of a tissue back by half of `gap` (mm) where it meets certain other tissues.
+  /// \param distance_to_others  distance to these tissues at the points of a lattice, mm; > 0 outside them
   void draw_back(int tissue, Lattice distance_to_others, double gap);
 
   /// The tissue at a place, 0 for none. O(tissues) near interfaces, else O(1).
@@ -58,11 +58,12 @@ class Tissues {
   std::array<int, 3> size_{};  ///< of the map
   Vec3 spacing_{};
   std::vector<std::uint16_t> voxels_;
-  std::vector<Lattice> fields_;     ///< blurred masks, of the box of each tissue
-  std::vector<double> offsets_;     ///< (n_tissues)
-  std::vector<Lattice> free_;       ///< (n_tissues), > 0 where the tissue may be; empty where there is no gap
-  std::array<int, 3> cells_{};      ///< between voxel centres, with a margin round the map
-  std::vector<std::int16_t> cell_;  ///< (n_cells), the tissue of a whole cell; -1: several
+  std::vector<Lattice> fields_;  ///< blurred masks, of the box of each tissue
+  std::vector<double> offsets_;  ///< (n_tissues)
+  std::vector<Lattice> free_;    ///< (n_tissues), > 0 where the tissue is allowed; empty without a gap
+  /// Number of cells per axis. Their corners are voxel centres, also in a margin round the map.
+  std::array<int, 3> cells_{};
+  std::vector<std::int16_t> cell_;  ///< (n_cells) the tissue of a cell that has only one; -1: several
 };
 
 }  // namespace palpate::app

@@ -12,7 +12,7 @@
 namespace palpate::app {
 namespace {
 
-// vtkCellType.h
+// Cell types of vtkCellType.h.
 constexpr std::int64_t triangle = 5;
 constexpr std::int64_t polygon = 7;
 constexpr std::int64_t quad = 9;
@@ -23,7 +23,7 @@ io::VtkCells faces_of(const io::VtkLegacyFile& grid, const std::string& source) 
   const io::VtkCells& cells = grid.cells;
   if (cells.types.size() != cells.ends.size()) {
     throw Error(source, "", fmt::format("{} cells and {} cell types", cells.ends.size(), cells.types.size()),
-                "as many of both");
+                "the same number of both");
   }
   if (std::ranges::count(cells.types, tetra) > 0) {
     throw Error(source, "", "a mesh of tets, which needs no meshing",
@@ -36,7 +36,7 @@ io::VtkCells faces_of(const io::VtkLegacyFile& grid, const std::string& source) 
     const std::int64_t end = cells.ends[c];
     if (end < begin || end > length) {
       throw Error(source, fmt::format("cell {}", c), fmt::format("offset {}", end),
-                  fmt::format("one from {} to {}", begin, length));
+                  fmt::format("an offset from {} to {}", begin, length));
     }
     const std::int64_t type = cells.types[c];
     if (type == triangle || type == polygon || type == quad) {

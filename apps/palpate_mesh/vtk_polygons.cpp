@@ -21,15 +21,15 @@ void for_cells(const io::VtkCells& cells, const char* kind, Index first_point, I
     const std::int64_t end = cells.ends[c];
     if (end < next || end > length) {
       throw Error(source, fmt::format("offsets, number {}", c), fmt::format("{}", end),
-                  end < next ? fmt::format("{} or more: they ascend", next)
-                             : fmt::format("at most {}, the corners there are", length));
+                  end < next ? fmt::format("{} or more, since offsets ascend", next)
+                             : fmt::format("at most {}, the number of corners in the file", length));
     }
     std::vector<Index> points;
     for (; next < end; ++next) {
       const std::int64_t point = cells.connectivity[static_cast<std::size_t>(next)];
       if (point < 0 || point >= n_points) {
         throw Error(source, fmt::format("{} {}", kind, c), fmt::format("point {}", point),
-                    fmt::format("one of {} points", n_points));
+                    fmt::format("the index of one of {} points", n_points));
       }
       points.push_back(first_point + static_cast<Index>(point));
     }

@@ -61,7 +61,7 @@ class VtpReader {
       const std::int64_t before = c == 0 ? 0 : read.ends[c - 1];
       if (read.ends[c] >= before) continue;
       throw Error(source_, fmt::format("offsets, number {}", c), fmt::format("{}", read.ends[c]),
-                  fmt::format("{} or more: they ascend", before));
+                  fmt::format("{} or more, since offsets ascend", before));
     }
     read.connectivity = arrays_.integers(require(cells.connectivity, "connectivity"), read.ends.back());
     return read;

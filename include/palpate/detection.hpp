@@ -83,7 +83,7 @@ struct CellSizeChoice {
 /// Load of a cuckoo hash table, and counts of its construction (docs/structures.md). With the default sizes,
 /// buckets have 409 cells on average in 576 slots: a load of 71 % for many cells.
 struct CuckooCounts {
-  std::size_t cells = 0;            ///< cells that are not empty: the keys
+  std::size_t cells = 0;            ///< number of keys: cells that are not empty
   std::size_t slots = 0;            ///< of all buckets
   std::size_t buckets = 0;          ///< number of buckets
   std::size_t bucket_retries = 0;   ///< new hash functions of a bucket, because evictions did not end

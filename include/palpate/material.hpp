@@ -106,11 +106,13 @@ struct Materials {
   Materials(std::vector<Material> materials, std::vector<Index> tets, std::vector<Vec3> fibres = {})
       : all(std::move(materials)), of_tet(std::move(tets)), fibre_of_tet(std::move(fibres)) {}
 
-  /// The material of a tet (of all bodies' tets) that belongs to `body`.
+  /// The material of a tet; arguments as for index_of().
   [[nodiscard]] const Material& of(Index tet, Index body) const {
     return all[static_cast<std::size_t>(index_of(tet, body))];
   }
-  /// The index in `all` of the material of a tet (of all bodies' tets) that belongs to `body`. O(1).
+  /// The index in `all` of the material of a tet. O(1).
+  /// \param tet   index among the tets of all bodies
+  /// \param body  the body that the tet belongs to
   [[nodiscard]] Index index_of(Index tet, Index body) const {
     return of_tet.empty() ? body : of_tet[static_cast<std::size_t>(tet)];
   }

@@ -89,7 +89,8 @@ class Bodies {
   [[nodiscard]] std::span<const std::array<Index, 3>> triangle_neighbors() const {
     return triangle_neighbors_;
   }
-  /// (n_edges x 2): the triangles at an edge, the first two of more; -1, -1 inside a body.
+  /// (n_edges x 2): the two triangles of an edge at the surface (the first two if there are more); -1, -1 for
+  /// an edge inside a body.
   [[nodiscard]] std::span<const std::array<Index, 2>> edge_triangles() const { return edge_triangles_; }
   /// The triangle that is the face opposite corner `opposite` of a tet; the face is at the surface. O(1).
   [[nodiscard]] Index triangle_of_face(Index tet, std::size_t opposite) const {

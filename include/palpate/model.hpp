@@ -65,8 +65,8 @@ struct PointLoad {
 /// A load on a part of a surface.
 struct SurfaceLoad {
   std::vector<Index> triangles{};  ///< of all surface triangles, each once
-  /// Pa, against the outward normal. It follows the surface: with the normals and areas at the start of each
-  /// step.
+  /// Pressure, Pa, against the outward normal. It follows the surface: with the normals and areas at the
+  /// start of each step.
   double pressure = 0.0;
   Vec3 traction{};  ///< Pa, force per area at rest; keeps its direction
   Ramp ramp{};      ///< of both

@@ -142,7 +142,7 @@ struct SolverSettings {
   double tolerance = 1e-4;                                    ///< at which the conjugate gradients stop, > 0
   ToleranceOf tolerance_of = ToleranceOf::solution;           ///< what `tolerance` is relative to
   Preconditioner preconditioner = Preconditioner::automatic;  ///< affects convergence only
-  int max_iterations = 300;                                   ///< cap; reaching it is counted in the metrics
+  int max_iterations = 300;  ///< maximum; the metrics count solves that reach it
   /// Number of iterations of each solve regardless of the tolerance, for steps of equal time, > 0; none:
   /// until the tolerance is reached.
   std::optional<int> fixed_iterations{};

@@ -22,7 +22,7 @@ def array_of(values: ArrayLike, name: str) -> NDArray[Any]:
     try:
         array = np.asarray(values)
     except (ValueError, TypeError) as error:
-        raise Error(name, "", f"{type(values).__name__} that is no array ({error})", "an array of numbers") from None
+        raise Error(name, "", f"{type(values).__name__} that is not an array ({error})", "an array of numbers") from None
     if array.shape == () and array.dtype.kind not in "fiub":
         raise Error(name, "", shown(values), "numbers, or an array of them")
     return array
@@ -33,8 +33,8 @@ def _check_columns(array: NDArray[Any], columns: int, name: str, row: str) -> No
         return
     found = f"an array of shape {array.shape}"
     if array.ndim == 2 and array.shape[0] == columns:
-        raise Error(name, "", found, f"shape (n, {columns}), a row for each {row}: give {name}.T")
-    raise Error(name, "", found, f"shape (n, {columns}), a row for each {row}")
+        raise Error(name, "", found, f"shape (n, {columns}), with a row for each {row}: give {name}.T")
+    raise Error(name, "", found, f"shape (n, {columns}), with a row for each {row}")
 
 
 def reals(array: NDArray[Any], name: str) -> Floats:

@@ -194,7 +194,7 @@ class SimulationBodies:
             return SimulationBody(self._simulation, names.index(body))
         number = _arrays.integer(body, "body")
         if not 0 <= number < len(self):
-            raise IndexError("no body of this number")
+            raise IndexError("no body with this number")
         return SimulationBody(self._simulation, number)
 
     def __iter__(self) -> Iterator[SimulationBody]:
@@ -244,7 +244,7 @@ def pose_of(
         shift, rotation = _of_matrix(_arrays.reals(array, "pose"), np.asarray(center, dtype=np.float64))
         return _alone(shift, rotation, quaternion, "a matrix")
     if array.shape != (3,):
-        raise Error("move_to", "pose", f"an array of shape {array.shape}", "a shift (3), a matrix (4, 4) or a Keyframe")
+        raise Error("move_to", "pose", f"an array of shape {array.shape}", "a translation (3), a matrix (4, 4) or a Keyframe")
     given = _arrays.array_of((1.0, 0.0, 0.0, 0.0) if quaternion is None else quaternion, "quaternion")
     if given.shape != (4,):
         raise Error("move_to", "quaternion", f"an array of shape {given.shape}", "four numbers")
@@ -254,7 +254,7 @@ def pose_of(
 
 def _alone(shift: Vector, rotation: Quaternion, quaternion: ArrayLike | None, what: str) -> tuple[Vector, Quaternion]:
     if quaternion is not None:
-        raise Error("move_to", "quaternion", f"it beside {what}", "one of the two")
+        raise Error("move_to", "quaternion", f"a quaternion together with {what}", "only one of the two")
     return shift, rotation
 
 
@@ -263,7 +263,7 @@ def _of_matrix(matrix: _arrays.Floats, center: _arrays.Floats) -> tuple[Vector, 
     rounding = 1e-6
     rigid = bool(np.isfinite(matrix).all()) and bool((matrix[3] == (0.0, 0.0, 0.0, 1.0)).all())
     if not rigid or np.abs(rotation @ rotation.T - np.eye(3)).max() > rounding or np.linalg.det(rotation) < 0.0:
-        raise Error("move_to", "pose", "a matrix that is no rigid map", "a rotation and a shift, last row 0, 0, 0, 1")
+        raise Error("move_to", "pose", "a matrix that is not a rigid motion", "a rotation and a translation, with the last row 0, 0, 0, 1")
     return _arrays.vector(matrix[:3, 3] + rotation @ center - center, "pose"), rotation_quaternion(rotation)
 
 

@@ -46,7 +46,7 @@ def _owners(tets: Indices, bodies: Indices, count: int) -> Indices:
         tet = int(shared[0])
         point = int(tets[tet][owner[tets[tet]] != bodies[tet]][0])
         raise Error("body", f"tet {tet}", f"point {point} in body {bodies[tet]} and in body {owner[point]}",
-                    "points that one body has alone: give each body points of its own")
+                    "points that belong to one body: give each body its own points")
     return owner
 
 

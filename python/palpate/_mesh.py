@@ -40,16 +40,16 @@ def _read_with_meshio(path: str) -> tuple[Floats, Indices]:
     except ImportError:
         raise needed("meshio", path, "mesh") from None
     if not os.path.isfile(path):
-        raise Error(path, "", "nothing that can be read", "a mesh file")
+        raise Error(path, "", "a file that cannot be read", "a mesh file")
     try:
         mesh = meshio.read(path)
     except (Exception, SystemExit) as error:  # meshio ends the process on some errors
-        raise Error(path, "", f"what meshio refuses ({str(error) or type(error).__name__})", "a mesh file") from None
+        raise Error(path, "", f"a file that meshio cannot read ({str(error) or type(error).__name__})", "a mesh file") from None
     points = _arrays.points(mesh.points, path)
     blocks = [_tets_of(block.type, points, block.data, path) for block in mesh.cells]
     tets = np.concatenate([block for block in blocks if block is not None] or [np.empty((0, 4), np.int32)])
     if len(tets) == 0:
-        raise Error(path, "", "no tets, nor cells that can be cut into tets", "a mesh with some")
+        raise Error(path, "", "no tets and no cells that can be cut into tets", "a mesh with such cells")
     return points, _arrays.tets(tets, path)
 
 
@@ -96,8 +96,8 @@ def write_mesh(
         # meshio takes the first format that it knows by an extension, which for .msh is not Gmsh's.
         meshio.write(path, mesh, file_format="gmsh" if path.lower().endswith(".msh") else None)
     except (Exception, SystemExit) as error:
-        raise Error(path, "", f"what meshio refuses ({str(error) or type(error).__name__})",
-                    "a mesh format that it writes") from None
+        raise Error(path, "", f"a mesh that meshio cannot write ({str(error) or type(error).__name__})",
+                    "a mesh format that meshio can write") from None
 
 
 def box(cells: tuple[int, int, int], size: ArrayLike) -> tuple[Floats, Indices]:

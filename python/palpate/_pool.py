@@ -66,7 +66,7 @@ def pickled_call(function: Callable[[Any], Any], job: Any) -> bytes:
         return dumps((function, job))
     except (pickle.PicklingError, AttributeError, TypeError) as error:
         raise Error("sweep", "apply, measure", f"a function that cannot be sent to other processes ({error})",
-                    "functions of a module, or cloudpickle: pip install 'palpate[study]'") from None
+                    "functions of a module, or the package cloudpickle: pip install 'palpate[study]'") from None
 
 
 @contextlib.contextmanager
@@ -100,8 +100,8 @@ def _refuse_functions_of_notebooks(job: Any) -> None:
         return
     for value in job if isinstance(job, tuple) else ():
         if callable(value) and getattr(value, "__module__", "") == "__main__":
-            raise Error("sweep", getattr(value, "__qualname__", "function"), "a function of a notebook and no cloudpickle",
-                        "cloudpickle to send it with: pip install 'palpate[study]'")
+            raise Error("sweep", getattr(value, "__qualname__", "function"), "a function of a notebook, without the package cloudpickle",
+                        "the package cloudpickle, which can send it to other processes: pip install 'palpate[study]'")
 
 
 class LocalRunner:

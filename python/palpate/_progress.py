@@ -30,7 +30,7 @@ class _Hidden:
 
 def needed(package: str, what: str, extra: str) -> Error:
     """The error of a call that needs a missing package."""
-    return Error(what, "", f"no package {package}", f"it to be installed: pip install 'palpate[{extra}]'")
+    return Error(what, "", f"no package {package}", f"this package: pip install 'palpate[{extra}]'")
 
 
 def bar(shown: bool, total: int, unit: str, done: int = 0) -> Bar:

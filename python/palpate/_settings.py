@@ -44,7 +44,7 @@ def _plain(value: Any) -> Any:
         return value.tolist()
     if isinstance(value, os.PathLike):
         return os.fspath(value)
-    raise TypeError(f"{type(value).__name__} is no value of a scene")
+    raise TypeError(f"{type(value).__name__} cannot be a value of a scene")
 
 
 def scene_text(scene: Mapping[str, Any], source: str) -> str:

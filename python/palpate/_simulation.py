@@ -55,14 +55,14 @@ class Grab:
         self._number: int | None = number
 
     def __repr__(self) -> str:
-        return "<palpate.Grab: let go>" if self._number is None else f"<palpate.Grab: number {self._number}>"
+        return "<palpate.Grab: released>" if self._number is None else f"<palpate.Grab: number {self._number}>"
 
     def __reduce__(self) -> NoReturn:
         raise TypeError("a palpate.Grab cannot be pickled or copied: it belongs to its simulation")
 
     def _held(self) -> int:
         if self._number is None:
-            raise Error("Grab", "", "a point that was let go", "one that is held")
+            raise Error("Grab", "", "a grab that was released", "an active grab")
         return self._number
 
     def move(self, target: ArrayLike) -> None:
@@ -176,10 +176,10 @@ class Simulation(_core.Simulation):
         keys that steps do not read (bodies, stages, outcomes, output, units, duration).
         """
         if "relax" in settings_:
-            raise Error("Simulation.change", "relax", "it after the start", "a new Simulation")
+            raise Error("Simulation.change", "relax", "a change of 'relax' after the start", "a new Simulation with it")
         for key in ("bodies", "stages", "outcomes", "output", "units", "duration"):
             if key in settings_:
-                raise Error("Simulation.change", key, "a key that no step reads", "settings of the steps, as contact or solver")
+                raise Error("Simulation.change", key, "a key that cannot change after the start", "settings of a step, such as contact or solver")
         merged = dict(self._settings)
         for key, value in settings_.items():
             old = merged.get(key)
@@ -393,7 +393,7 @@ class Simulation(_core.Simulation):
         from ._view import grid_of, set_units
 
         if isinstance(fields, str):
-            raise Error("Simulation.to_pyvista", "fields", repr(fields), f"a list of names, as [{fields!r}]")
+            raise Error("Simulation.to_pyvista", "fields", repr(fields), f"a list of names, such as [{fields!r}]")
         if not isinstance(fields, Iterable):
             raise Error("Simulation.to_pyvista", "fields", shown(fields), "a list of names")
         grid = grid_of(self.positions, self._bodies, self.contacts)

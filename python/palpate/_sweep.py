@@ -66,7 +66,7 @@ def _place_in_list(values: list[Any], key: str, path: str) -> int:
     for number, value in enumerate(values):
         if isinstance(value, dict) and value.get("name") == key:
             return number
-    raise Error("sweep", path, f"nothing of the number or name '{key}'", f"a number below {len(values)}, or a name")
+    raise Error("sweep", path, f"no element with the number or name '{key}'", f"a number below {len(values)}, or the name of an element")
 
 
 def run_job(job: Job) -> Row:

@@ -129,7 +129,7 @@ Kind kind_of(const NameOf<Kind>& name, const char* key) {
   throw Error("Material", key, "'" + name.text + "'", expected_name(name.text, names_of<Kind>));
 }
 
-/// An enumeration of a material, by name.
+/// Binds a member of Material that is an enumeration as a Python property that holds its name.
 template <class Kind>
 void bind_kind(nb::class_<Material>& material, const char* key, Kind Material::*kind, const char* doc) {
   material.def_prop_rw(

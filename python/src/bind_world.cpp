@@ -59,7 +59,7 @@ void bind_bodies(nb::module_& m) {
       .def(
           "__getitem__",
           [](const Bodies& bodies, Index i) -> const Body& {
-            if (i < 0 || i >= bodies.body_count()) throw nb::index_error("no body of this number");
+            if (i < 0 || i >= bodies.body_count()) throw nb::index_error("no body with this number");
             return at(bodies.bodies(), i);
           },
           nb::rv_policy::reference_internal, "A body by its number, or by its name.")

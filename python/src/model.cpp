@@ -135,7 +135,8 @@ void Model::attach(Index body, std::span<const Index> points, Index to, std::opt
                 "a body with a motion, or one that deforms");
   }
   if (stiffness)
-    throw Error("Model.attach", "stiffness", "it for a rigid body", "None: the points are glued to it");
+    throw Error("Model.attach", "stiffness", "a stiffness, although the other body is rigid",
+                "None: points are glued to a rigid body");
   follow(tissue, points, motion, "Model.attach");
 }
 

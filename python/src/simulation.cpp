@@ -35,7 +35,8 @@ Parted parted(std::span<const std::byte> saved) {
   ArchiveReader last(saved.last(sizeof size), "saved state");
   last(size);
   if (size > saved.size())
-    throw Error("saved state", "", "the state of a simulation without stages", "one with them");
+    throw Error("saved state", "", "the state of a simulation without stages",
+                "the state of a simulation with stages");
   Parted parts{saved.first(size), {}, {}};
   ArchiveReader reader(saved.subspan(size), "saved state");
   reader(parts.progress, parts.outcomes, size);

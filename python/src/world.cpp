@@ -54,7 +54,9 @@ void World::clear_results() {
 
 const Detector& World::updated() const {
   busy_.check("World");
-  if (!has_results_) throw Error("World", "", "no update() of these bodies yet", "update(positions) first");
+  if (!has_results_)
+    throw Error("World", "", "that update() was not called for these bodies",
+                "a call of update(positions) before this one");
   return *detector_;
 }
 
@@ -123,7 +125,8 @@ Contacts renumbered(const Contacts& contacts, std::span<const Index> points, std
                     std::span<const Index> bodies) {
   const auto in = [](std::span<const Index> numbers, Index old) {
     if (static_cast<std::size_t>(old) < numbers.size()) return at(numbers, old);
-    throw Error("renumbered", "", "no number for " + std::to_string(old), "one for each");
+    throw Error("renumbered", "", "no new number for index " + std::to_string(old),
+                "a new number for each index");
   };
   std::vector<std::size_t> order(contacts.size());
   std::iota(order.begin(), order.end(), std::size_t{0});

@@ -32,14 +32,15 @@ Distance fat_shape(const std::vector<Distance>& slender, double widening) {
   return without(std::move(fat), plate_room);
 }
 
-/// A mesh of a shape; of slender or thin ones that of a shape wider by `widening`, fitted to it.
+/// The mesh of a shape. For slender or thin shapes, meshes the shape widened by `widening` and fits the mesh
+/// to the shape.
 TetMesh meshed(const Distance& shape, double cell, double widening = 0.0) {
   constexpr double reach = 45.0;
   const StuffingOptions options{{-reach, -reach, -reach}, {reach, reach, reach}, cell};
   return widening > 0.0 ? stuff_fitted(shape, grown(shape, widening), options) : stuff(shape, options);
 }
 
-/// The mesh of the fat, first with wider channels for slender organs.
+/// The mesh of the fat. Channels for slender organs are made wider first.
 TetMesh meshed_fat(const std::vector<Distance>& slender, double cell) {
   constexpr double widening = 0.9;
   constexpr double reach = 30.0;

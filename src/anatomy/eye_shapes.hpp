@@ -28,9 +28,10 @@ Distance cavity_shape();
 Distance bone_shape();
 /// The bone over a maxillary sinus, with a floor of the orbit as thick as `orbit_floor_thickness`.
 Distance orbit_bone_shape();
-/// Where the floor of the orbit is: a layer of that thickness below the cavity, from the rim to the back.
+/// Where the floor of the orbit is: a layer of the thickness `orbit_floor_thickness` below the cavity, from
+/// the rim to the back.
 Distance orbit_floor_shape();
-/// Height at (x, y) that is `above` (mm) over the floor of the orbit.
+/// The height at (x, y) that is `above` mm over the floor of the orbit.
 double over_orbit_floor(double x, double y, double above);
 /// A rectus that lies on the bulb and runs to the apex; `angle` (degrees) is where it lies around the axis of
 /// the orbit.

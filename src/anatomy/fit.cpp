@@ -102,8 +102,8 @@ class Fit {
     }
     mesh_.points[p] = from;
   }
-  /// Moves an inner point to the mean of the points around it, if that is better for all its tets. This makes
-  /// room for points of the surface.
+  /// Moves an inner point to the mean of its neighbours, if that improves all its tets. This makes room for
+  /// points of the surface.
   void to_middle(std::size_t p) {
     const Vec3 from = mesh_.points[p];
     const double before = worst_at(p);
@@ -111,7 +111,7 @@ class Fit {
     for (const Index t : tets_[p]) {
       for (const Index q : at(mesh_.tets, t)) sum += at(mesh_.points, q);
     }
-    // Each tet counts the point itself too.
+    // Each tet also counts the point itself.
     const auto count = static_cast<double>(tets_[p].size());
     mesh_.points[p] = (1.0 / (3.0 * count)) * (sum - count * from);
     if (worst_at(p) <= before) mesh_.points[p] = from;

@@ -13,7 +13,7 @@ namespace palpate::anatomy {
 /// point).
 void fit(TetMesh& mesh, const Distance& shape, double least_angle);
 
-/// A mesh of `shape`: stuff() of `wider`, which the lattice resolves better, then fit() with 10 degrees.
+/// Meshes `shape`: stuff() with `wider`, which the lattice resolves better, then fit() with 10 degrees.
 TetMesh stuff_fitted(const Distance& shape, const Distance& wider, const StuffingOptions& options);
 
 }  // namespace palpate::anatomy

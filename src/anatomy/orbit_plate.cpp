@@ -21,7 +21,7 @@ TetMesh make_orbit_plate(const OrbitPlate& options) {
   const double cell = options.width / across;
   const auto along = static_cast<int>(std::lround(options.length / cell));
   const Vec3 start{options.x - 0.5 * options.width, options.y - 0.5 * along * cell, 0.0};
-  // Of a flat plate the plane z = steep y + height that is nowhere below the floor.
+  // The lower side of a flat plate: the lowest plane z = steep y + height that is nowhere below the floor.
   constexpr double steep = 0.25;
   double height = -100.0;
   for (int i = 0; i <= across; ++i) {

@@ -9,7 +9,7 @@
 
 namespace palpate::anatomy {
 
-/// A label map on cubic voxels: 0 is nothing, l + 1 is names[l].
+/// A label map on cubic voxels: 0 is no organ, l + 1 is names[l].
 struct OrganLabels {
   std::array<int, 3> size{};  ///< cubes along x, y, z
   Vec3 origin;                ///< centre of the first cube, mm

@@ -11,7 +11,7 @@
 namespace palpate::anatomy {
 
 struct Organ {
-  std::string name;  ///< of its file: "bulb", "lower-jaw"
+  std::string name;  ///< also the name of its file: "bulb", "lower-jaw"
   TetMesh mesh;
 };
 
@@ -27,7 +27,8 @@ struct OrbitPlate {
   double x = -2.0;         ///< of its middle, mm, in [-8, 8]
   double y = 7.0;          ///< of its middle, mm, in [0, 16]
   double thickness = 0.8;  ///< mm, in [0.2, 3]
-  double above = 0.6;      ///< of its lower side over the floor, mm, in [0, 5]; flat: where it is least
+  double above =
+      0.6;  ///< height of its lower side over the floor, mm, in [0, 5]; for a flat plate the smallest height
 };
 
 /// Of cells of about 1.2 mm, so that the length is a multiple of their edge. Throws Error where an option is

@@ -17,8 +17,8 @@ struct PlateOptions {
   bool perforated = true;
 };
 
-/// 5 tets a cell, mirrored in alternate cells as in make_box(). Of a perforated plate inner cells with odd
-/// numbers along both axes are holes. Throws Error where an option is out of range.
+/// A mesh of 5 tets for each cell, mirrored in alternate cells as in make_box(). In a perforated plate, inner
+/// cells with odd numbers along both axes are holes. Throws Error if an option is out of range.
 TetMesh make_plate(const PlateOptions& options);
 
 }  // namespace palpate::anatomy

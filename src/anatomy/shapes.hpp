@@ -46,7 +46,8 @@ Distance layer(Distance shape, double inner, double outer);
 Distance united(std::vector<Distance> shapes);
 Distance common(std::vector<Distance> shapes);
 
-/// Union (crease filled) and intersection (edge cut) of two shapes, smooth over about `radius`.
+/// Union (with the crease filled) and intersection (with the edge rounded) of two shapes, smooth over about
+/// `radius`.
 Distance smoothly_united(Distance a, Distance b, double radius);
 Distance smoothly_common(Distance a, Distance b, double radius);
 

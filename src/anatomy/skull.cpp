@@ -50,7 +50,7 @@ Distance soft_tissue_shape() {
   return without(common({outer, box({-100.0, -140.0, -100.0}, {100.0, tissue_back, 60.0})}), inner);
 }
 
-/// Meshed first wider by `widening`, so that thin parts and edges stay whole.
+/// The mesh of a shape that is widened first by `widening`, so that thin parts and edges stay whole.
 Organ meshed(std::string name, const Distance& shape, double cell, double widening) {
   Organ organ{std::move(name), stuff_fitted(shape, grown(shape, widening),
                                             {{-90.0, -130.0, -120.0}, {90.0, 60.0, 100.0}, cell})};

@@ -72,7 +72,7 @@ class Lattice {
   [[nodiscard]] Vec3 position(const std::array<int, 3>& p) const {
     return origin_ + Vec3{half_ * p[0], half_ * p[1], half_ * p[2]};
   }
-  /// f(p) for each point of the lattice, in order of their indices.
+  /// Values f(p) at the points of the lattice, in the order of their indices.
   template <class F>
   void for_each_point(F&& f) const {
     for (int k = 0; k < size_[2]; ++k) {
@@ -232,7 +232,7 @@ class Stuffing {
     return larger % 2 == 0;
   }
 
-  /// The pyramid over that quadrilateral.
+  /// Adds the pyramid over that quadrilateral.
   void add_pyramid(Index apex, const Place& a, const Place& b, const Place& m) {
     const bool at_first = diagonal_at_first(a, b, m);
     const Index near = at_first ? point(a) : point(b);
@@ -243,7 +243,8 @@ class Stuffing {
     emit({apex, near, other_cut, near_cut});
   }
 
-  /// a and b inside, m and n outside: the diagonals of the two shared faces never end at the same point.
+  /// Adds the tets for a and b inside, m and n outside. The diagonals of the two shared faces never end at
+  /// the same point.
   void add_wedge(const Place& a, const Place& b, const Place& m, const Place& n) {
     const bool swapped = diagonal_at_first(a, b, m);
     const Place& to_b = swapped ? n : m;  // the face whose diagonal ends at b
@@ -253,7 +254,7 @@ class Stuffing {
     emit({point(b), cut(a, to_b), cut(b, to_b), cut(b, to_a)});
   }
 
-  /// Three points inside, m outside: one of the three has both diagonals of its faces.
+  /// Adds the tets for three points inside and m outside. One of the three is on both diagonals of its faces.
   void add_prism(std::array<Place, 3> inside, const Place& m) {
     for (std::size_t i = 0; i < 3; ++i) {
       const Place& a = inside[i];
@@ -317,7 +318,7 @@ TetMesh stuff(const Distance& shape, const StuffingOptions& options) {
   check(options);
   TetMesh mesh = largest_part(without_pinched_edges(Stuffing(shape, options).take()));
   if (mesh.tets.empty())
-    throw Error("stuff", "shape", "nothing inside the box", "a shape as thick as a cell");
+    throw Error("stuff", "shape", "no part of the shape in the box", "a shape at least as thick as a cell");
   return mesh;
 }
 

@@ -11,10 +11,11 @@
 
 namespace palpate {
 
-/// The remaining budget of one detection. Queries check before each chunk whether they may continue.
+/// The remaining budget of one detection. A query checks before each chunk of work whether it may continue.
 ///
-/// A budget in tests is deterministic: queries spend the number of tests that they made. A budget in time
-/// reads the clock, and reserves time for the work that each find causes later: `seconds_per_find` for each.
+/// A budget in tests is deterministic: queries subtract the number of tests that they made. A budget in time
+/// reads the clock. It also reserves time for the later work that each pair found causes: `seconds_per_find`
+/// for each.
 class Allowance {
  public:
   using Clock = std::chrono::steady_clock;
@@ -44,20 +45,20 @@ class Allowance {
 
   [[nodiscard]] bool timed() const { return seconds_.has_value(); }
 
-  /// From now on, reserves `seconds` for each find, and a fixed time.
+  /// Sets the reserve from now on: `seconds` for each pair found, and a fixed time.
   void keep_back(double seconds, double seconds_per_find) {
     kept_back_ = seconds;
     seconds_per_find_ = seconds_per_find;
     finds_.store(0);
   }
-  /// Counts the finds of a chunk. Call once for each chunk, from any thread.
+  /// Adds the pairs found by a chunk. Call once for each chunk, from any thread.
   void add_finds(std::size_t finds) { finds_.fetch_add(finds, std::memory_order_relaxed); }
-  /// Whether a chunk may begin, when this fraction of the budget may be spent.
+  /// Whether another chunk may begin if this fraction of the budget may be used.
   [[nodiscard]] bool time_left(double fraction) const {
     const auto finds = static_cast<double>(finds_.load(std::memory_order_relaxed));
     return kept_back_ + seconds_per_find_ * finds < seconds_left(fraction);
   }
-  /// Time left of a fraction of the budget, without regard to reserves.
+  /// Time that is left of a fraction of the budget; reserves are not subtracted.
   [[nodiscard]] double seconds_left(double fraction) const {
     const double spent = std::chrono::duration<double>(Clock::now() - start_).count();
     return fraction * seconds_.value_or(std::numeric_limits<double>::infinity()) - spent;

@@ -9,8 +9,7 @@
 namespace palpate {
 
 /// Collects the rows of the clusters of a block. A full block is processed at once, and then refilled with
-/// the remaining rows.
-/// \tparam Finish  finish() processes the block
+/// the remaining rows. \tparam Finish  finish() processes a block
 template <class Finish>
 class BlockRows {
  public:
@@ -35,12 +34,11 @@ class BlockRows {
   }
 
  private:
-  /// Whether there is no room for a row of `more` items.
+  /// Whether `more` items do not fit into the block.
   [[nodiscard]] bool is_full(std::uint32_t more) const {
     return items_ + more > simd::ClusterBlock::most_points || rows_ == simd::ClusterBlock::most_rows;
   }
-  /// Processes full blocks until there is room for [result, end). Rare, and so not inlined where rows are
-  /// added.
+  /// Processes full blocks until [result, end) fits. Rare, so it is not inlined where rows are added.
   [[gnu::noinline]] std::uint32_t add_parts(std::uint32_t begin, std::uint32_t end) {
     while (is_full(end - begin)) {
       const std::size_t room =

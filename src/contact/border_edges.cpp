@@ -21,8 +21,8 @@ struct BorderEdges::Part {
   std::span<const std::uint8_t> without;
 };
 
-/// Writes the edges of one contact; border edges to `edge`, which advances. No branch depends on the kind of
-/// an edge, which is unpredictable.
+/// Writes the edges of one contact; border edges are written to `edge`, which advances. There is no branch on
+/// the kind of an edge, because it is unpredictable.
 void BorderEdges::part(const Part& what, std::size_t c, BorderEdge*& edge) {
   const Contacts& contacts = what.table.contacts();
   const Index point = contacts.point[c];
@@ -53,7 +53,8 @@ void BorderEdges::find(const parallel::Threads& threads, const Bodies& bodies,
   Index room = 0;
   for (std::size_t c = 0; c < points.size(); ++c) {
     ranges_[c].begin = room;
-    room += static_cast<Index>(neighbors_[points[c]].size()) + 1;  // each edge is written to both lists
+    room += static_cast<Index>(neighbors_[points[c]].size()) +
+            1;  // each edge is written to both lists, and counted in one
   }
   resize_with_room(links_, static_cast<std::size_t>(room));
   const Part what{bodies, positions, table, without};

@@ -12,9 +12,9 @@
 
 namespace palpate {
 
-/// The edges of the points in contact, in two groups. Border edges connect a point in contact with a point
-/// that is not in contact with the same body (paper 3), or, in self-contact, with a point in another layer.
-/// The others are links between two contacts.
+/// The edges of the points in contact, in two groups. A border edge connects a point in contact with a point
+/// that is not in contact with the same body (paper 3), or, in self-contact, with a point in another layer. A
+/// link connects two contacts.
 class BorderEdges {
  public:
   explicit BorderEdges(const Bodies& bodies);
@@ -37,7 +37,8 @@ class BorderEdges {
   struct Part;
   void part(const Part& what, std::size_t contact, BorderEdge*& edge);
 
-  Rows neighbors_;  ///< (n_points) the other ends of the edges at a point, in their order
+  Rows
+      neighbors_;  ///< (n_points) points at the other ends of the edges of a point, in the order of the edges
   parallel::ChunkedList<BorderEdge> lists_;
   std::vector<BorderEdge> edges_;
   std::vector<Range> ranges_;

@@ -34,7 +34,7 @@ struct LookupContext {
 template <class Finish>
 class ClusterLookup {
  public:
-  /// \param margin  by which boxes grow on all sides, in fractions of a cell
+  /// \param margin  by how much boxes grow on all sides, in fractions of a cell
   ClusterLookup(const LookupContext& context, std::int32_t margin, Finish finish)
       : context_(context),
         margin_(margin),
@@ -89,7 +89,7 @@ class ClusterLookup {
     }
   }
 
-  /// Sets which points a cluster leaves out: those of its own body, and for immovable bodies those of
+  /// Sets which points a cluster leaves out: points of its own body; for immovable bodies, points of all
   /// immovable bodies.
   void set_names(const Cluster& cluster, simd::ClusterBox& box) const {
     const bool immovable = at(context_.may_touch.immovable, cluster.body) != 0;

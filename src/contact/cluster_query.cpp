@@ -15,8 +15,8 @@ namespace {
 
 constexpr std::size_t grain = ClusterBlock::most_clusters;
 
-/// Queries clusters with the points that they look up.
-/// \param answers  answers of the clusters; or empty
+/// Queries clusters with the points that they look up in the grid.
+/// \param answers  flags of the clusters (ClusterQueue); or empty
 QueryTally ask_chunk(const PairContext& pairs, const LookupContext& context,
                      std::span<const Cluster> clusters, std::vector<PointInTet>& found,
                      std::span<std::uint8_t> answers = {}) {
@@ -40,7 +40,7 @@ QueryTally ask_chunk(const PairContext& pairs, const LookupContext& context,
   return taker.tally();
 }
 
-/// Tests clusters with the points on their lists, block by block.
+/// Tests clusters with the points on their near lists, block by block.
 class ListWork {
  public:
   ListWork(const PairContext& pairs, const simd::ClusterKernels& kernels, const NearLists& lists,
@@ -89,7 +89,8 @@ class ListWork {
     }
   }
 
-  /// The number of first clusters that make a block: their lists are consecutive and have few enough points.
+  /// Number of clusters, from the first, that make a block: their lists are consecutive and have few enough
+  /// points.
   [[nodiscard]] std::size_t clusters_of_block(std::span<const std::uint32_t> numbers) const {
     const std::span<const std::uint32_t> begin = lists_.begin();
     std::size_t n = 1;
@@ -137,7 +138,7 @@ void ClusterQuery::find_upright_bodies(const parallel::Threads& threads, const P
                          kernels_.load(fixed.points(), clusters_.points, block);
                          upright_chunks_[chunk] = kernels_.upright(block) ? 1 : 0;
                        });
-  // A chunk of two bodies marks both as possibly inverted: is_fold() decides.
+  // If a chunk has clusters of two bodies, both are marked as possibly inverted; is_fold() decides.
   for (std::size_t c = 0; c < clusters.size(); ++c)
     if (upright_chunks_[c / grain] == 0) at(upright_, clusters[c].body) = 0;
 }

@@ -32,30 +32,31 @@ class ClusterQuery {
         queue_(clusters_.clusters.size()),
         lists_(bodies, clusters_.clusters.size()) {}
 
-  /// Coherence: allows the next find() to use near lists of earlier frames. Returns whether find() needs the
-  /// grid; if not, the grid may be that of an earlier frame. Without this call, find() queries all clusters.
+  /// For coherence: allows the next find() to use near lists of earlier frames. Returns whether find() needs
+  /// the grid; if not, the grid may be that of an earlier frame. Without this call, find() queries all
+  /// clusters in the grid.
   /// \param fixed        the positions of the next find()
   /// \param new_lattice  whether the lattice differs from that of the last call
   bool begin_frame(const parallel::Threads& threads, const Bodies& bodies, const FixedPositions& fixed,
                    bool new_lattice);
 
-  /// The state that begin_frame() uses: the plan, and the positions for which lists were made (empty without
-  /// lists).
+  /// The state that begin_frame() uses: the plan, and the positions for which lists were made (empty if there
+  /// are no lists).
   [[nodiscard]] const ListPlan& plan() const { return plan_; }
   [[nodiscard]] std::span<const simd::FixedPoint> listed_points() const {
     return plan_.has_lists() ? lists_.reference() : std::span<const simd::FixedPoint>{};
   }
-  /// Restores them; `grid` and `fixed` hold the positions.
+  /// Restores this state; `grid` and `fixed` hold the positions.
   void recall(const ListPlan::Numbers& plan, const parallel::Threads& threads, const Bodies& bodies,
               const PairFilter& may_touch, const CompactGrid& grid, const FixedPositions& fixed);
 
-  /// \param grid   holds the points of `fixed`, which has their positions in the order of its L
+  /// \param grid   contains the points of `fixed`, which has their positions in the order of the grid's L
   /// \param fixed  marks the points of immovable bodies
   void find(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
             const PairFilter& may_touch, const CompactGrid& grid, const FixedPositions& fixed);
 
-  /// The same within an allowance, in order of importance; call close() of the queue afterwards. It finds a
-  /// subset of what find() finds.
+  /// As find(), but within an allowance, with the most important clusters first. It finds a subset of the
+  /// pairs of find(). Call close() of the queue afterwards.
   void find_within(Allowance& allowance, const std::optional<InterestRegion>& region,
                    const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
                    const PairFilter& may_touch, const CompactGrid& grid, const FixedPositions& fixed);
@@ -64,8 +65,8 @@ class ClusterQuery {
 
   /// The points in tets, in arbitrary order, but the same for every thread count.
   [[nodiscard]] std::span<const PointInTet> found() const { return found_; }
-  /// A candidate is a pair of a point in the box of a cluster, or on its list, and one of its tets; corners
-  /// of the tet count.
+  /// Counts of the last query. Its candidates are pairs of a point and a tet: the point is in the box of the
+  /// tet's cluster, or on its near list. Corners of the tet count.
   [[nodiscard]] QueryTally tally() const { return total(tallies_); }
   [[nodiscard]] const Clusters& clusters() const { return clusters_; }
   [[nodiscard]] const NearLists& lists() const { return lists_; }
@@ -83,14 +84,15 @@ class ClusterQuery {
   ClusterQueue queue_;
   NearLists lists_;
   ListPlan plan_;
-  FrameMode mode_ = FrameMode::all;       ///< of the next find()
-  FrameMode last_mode_ = FrameMode::all;  ///< of the last one
+  FrameMode mode_ = FrameMode::all;       ///< how the next find() queries
+  FrameMode last_mode_ = FrameMode::all;  ///< how the last find() queried
   QueueRun<PointInTet> run_;
   parallel::ChunkedList<PointInTet> found_in_chunks_;
   std::vector<PointInTet> found_;
   std::vector<QueryTally> tallies_;
   std::vector<std::uint8_t> upright_chunks_;
-  /// (n_bodies) 1: has self-collision, and all tets certainly have positive volume, so nothing is folded.
+  /// (n_bodies) 1: the body has self-collision and all its tets certainly have positive volume, so it has no
+  /// folds.
   std::vector<std::uint8_t> upright_;
 };
 

@@ -16,15 +16,15 @@
 
 namespace palpate {
 
-/// Clusters in the order of their importance, for a query that may not have time for all. The classes are:
-/// clusters that found something in their last query; those that have waited for 31 detections; those with
-/// candidates in their last query (near ones), first in the region of interest; all others, first in the
-/// region of interest. In each class, the clusters that have waited longest come first.
+/// Orders clusters by importance, for a query that may not have time for all. The classes are: clusters that
+/// found something in their last query; those that have waited for 31 detections; those that had candidates
+/// in their last query, first those in the region of interest; all others, first those in the region of
+/// interest. Within a class, the clusters that have waited longest come first.
 class ClusterQueue {
  public:
   explicit ClusterQueue(std::size_t clusters) : states_(clusters, 0) {}
 
-  /// Orders the clusters of `all` with takes(cluster). O(clusters).
+  /// Orders the clusters of `all` for which takes(cluster) is true. O(clusters).
   template <class Takes>
   void arrange(const Clusters& all, std::span<const Vec3> positions,
                const std::optional<InterestRegion>& region, Takes&& takes) {
@@ -48,16 +48,16 @@ class ClusterQueue {
   }
 
   [[nodiscard]] std::span<const Cluster> ordered() const { return ordered_; }
-  /// The number of clusters at the front that found something last time.
+  /// The number of clusters at the front of the order that found something in their last query.
   [[nodiscard]] std::size_t urgent() const { return urgent_; }
-  /// The flags below of each cluster of ordered(), set by the query.
+  /// The flags below for each cluster of ordered(). The query sets them.
   [[nodiscard]] std::span<std::uint8_t> answers() { return answers_; }
-  static constexpr std::uint8_t asked = 1;  ///< it was queried
-  static constexpr std::uint8_t near = 2;   ///< it had candidates
+  static constexpr std::uint8_t asked = 1;  ///< the cluster was queried
+  static constexpr std::uint8_t near = 2;   ///< the cluster had candidates
   static constexpr std::uint8_t found = 4;
 
-  /// Copies the answers; clusters that were not queried age by one. Marks their bodies. Returns their number.
-  /// O(clusters).
+  /// Stores the answers. The age of clusters that were not queried grows by one, and their bodies are marked
+  /// as late. Returns the number of these clusters. O(clusters).
   std::size_t close(std::span<std::uint8_t> late_bodies);
 
   /// State of each cluster between detections: part of the saved state of a run.
@@ -72,7 +72,7 @@ class ClusterQueue {
   static constexpr std::size_t classes = 6;
   static constexpr std::uint8_t none = 0xff;
 
-  /// The sort key: by class, the oldest first.
+  /// The sort key: the class first, then the age, oldest first.
   [[nodiscard]] static std::uint8_t place_of(std::uint8_t state, bool of_interest) {
     const bool is_near = (state & state_near) != 0;
     std::size_t importance = of_interest ? 4U : 5U;
@@ -88,23 +88,24 @@ class ClusterQueue {
   std::vector<std::uint8_t> states_;    ///< (n_clusters)
   std::vector<std::uint8_t> class_of_;  ///< (n_clusters)
   std::array<std::size_t, classes * ages + 1> count_{};
-  std::vector<std::uint32_t> number_;  ///< index, of each of ordered_
+  std::vector<std::uint32_t> number_;  ///< cluster number of each item of ordered_
   std::vector<Cluster> ordered_;
   std::vector<std::uint8_t> answers_;
   std::size_t urgent_ = 0;
 };
 
-/// The fraction of an allowance for a part of a queue, and the clusters of a chunk.
+/// Clusters [begin, end) of a queue, which are queried until this fraction of the allowance is used up.
 struct QueuePart {
   std::size_t begin;
   std::size_t end;
   double fraction;
 };
 
-/// Queries the clusters of a queue, chunk by chunk in their order, until the allowance is spent. While others
-/// wait, at most seven eighths of it are for clusters that found something last time, so that none waits for
-/// ever. `ask(clusters, answers, list)` queries some clusters, and returns its tally. With a budget in
-/// tests, the queried clusters are the same for every thread count: results beyond them are discarded.
+/// Queries the clusters of a queue in order, chunk by chunk, until the allowance is used up. While others
+/// wait, clusters that found something last time get at most seven eighths of it, so that no cluster waits
+/// for ever. `ask(clusters, answers, list)` queries some clusters and returns its tally. With a budget in
+/// tests, the queried clusters are the same for every thread count: results of further clusters are
+/// discarded.
 template <class T>
 class QueueRun {
  public:
@@ -118,7 +119,7 @@ class QueueRun {
     const auto tests = static_cast<double>(allowance.tests());
     const std::size_t done = part(threads, queue, allowance, {0, urgent, urgent_fraction},
                                   static_cast<std::uint64_t>(urgent_fraction * tests), ask);
-    const std::uint64_t least = 1;  // always one chunk of the waiting clusters
+    const std::uint64_t least = 1;  // at least one chunk of the waiting clusters
     part(threads, queue, allowance, {urgent, all, 1.0}, std::max(allowance.tests(), least), ask);
     part(threads, queue, allowance, {done, urgent, 1.0}, allowance.tests(), ask);
   }
@@ -128,11 +129,12 @@ class QueueRun {
   [[nodiscard]] const QueryTally& tally() const { return tally_; }
 
  private:
-  /// Small enough that a chunk takes a few microseconds, since the clock is read before each.
+  /// Clusters of a chunk: few enough that a chunk takes some microseconds, since the clock is read before
+  /// each.
   static constexpr std::size_t grain = 16;
-  static constexpr std::size_t chunks_at_a_time = 16;  ///< for a budget in tests
+  static constexpr std::size_t chunks_at_a_time = 16;  ///< with a budget in tests
 
-  /// Returns the first cluster that was not queried.
+  /// Queries one part of the queue. Returns the first cluster that was not queried.
   template <class Ask>
   std::size_t part(const parallel::Threads& threads, ClusterQueue& queue, Allowance& allowance,
                    QueuePart rest, std::uint64_t tests, Ask&& ask) {
@@ -154,7 +156,7 @@ class QueueRun {
     tallies_.assign(parallel::chunk_count(count, grain), {});
     lists_.fill(threads, count, grain, [&](std::size_t begin, std::size_t end, std::vector<T>& list) {
       const std::size_t first = now.begin + begin;
-      if (queue.answers()[first] != 0) return;  // queried with the fraction before
+      if (queue.answers()[first] != 0) return;  // already queried in the first part
       if (allowance.timed() && !allowance.time_left(now.fraction)) return;
       tallies_[begin / grain] =
           ask(queue.ordered().subspan(first, end - begin), queue.answers().subspan(first, end - begin), list);
@@ -162,8 +164,9 @@ class QueueRun {
     });
   }
 
-  /// Keeps the results of the chunks that a budget in tests allows, including the one that exceeds it.
-  /// Returns their number; for a budget in time, the number of chunks before the first that was not queried.
+  /// Keeps the results of the chunks that a budget in tests allows, including the chunk that exceeds it, and
+  /// returns their number. With a budget in time, returns the number of chunks before the first that was not
+  /// queried.
   std::size_t take(ClusterQueue& queue, Allowance& allowance, const QueuePart& now, std::uint64_t& tests) {
     std::size_t kept = 0;
     if (allowance.timed()) {

@@ -14,10 +14,10 @@ using simd::FixedPoint;
 
 namespace {
 
-/// Length in cells above which an edge counts as long. Clusters search around their boxes by half the length
-/// of the longest other edge.
+/// Edges longer than this, in cells, are handled separately as long edges, because clusters search around
+/// their boxes by half the length of the longest other edge.
 constexpr std::int64_t most_cells = 4;
-/// The cell of a long edge.
+/// The cell index that marks a long edge.
 constexpr Cell no_cell{-1, -1, -1};
 
 using Extent = std::array<std::int32_t, 3>;
@@ -27,7 +27,7 @@ Extent larger(const Extent& a, const Extent& b) {
 
 }  // namespace
 
-/// The input of find().
+/// Input of find() that all chunks use.
 struct ClusteredCrossings::Problem {
   const Bodies& bodies;
   std::span<const Vec3> positions;
@@ -132,7 +132,7 @@ class ClusteredCrossings::Work {
   const Problem& problem_;
   simd::EdgeRows rows_;
   std::vector<EdgeInTriangle>& found_;
-  std::span<std::uint8_t> answers_;  ///< of the clusters to query; or empty
+  std::span<std::uint8_t> answers_;  ///< flags of the clusters to query (ClusterQueue); or empty
   std::size_t block_begin_ = 0;
   QueryTally tally_;
   ClusterBlock block_;

@@ -18,16 +18,17 @@
 
 namespace palpate {
 
-/// Edge-triangle query for the compact grid (docs/query.md): border edges are put into a grid by the cells of
-/// their midpoints, and clusters of triangles search for them around their boxes, by half the longest edge. A
-/// float filter with an error bound precedes the exact predicate, so the result is that of CrossingQuery.
+/// Edge-triangle query for the compact grid (docs/query.md). Border edges are put into a grid by the cells of
+/// their midpoints. Clusters of triangles search in the cells around their boxes, up to half the longest edge
+/// away. A float filter with an error bound precedes the exact predicate, so the result is that of
+/// CrossingQuery.
 class ClusteredCrossings {
  public:
   explicit ClusteredCrossings(const Bodies& bodies)
       : clusters_(make_triangle_clusters(bodies)), queue_(clusters_.clusters.size()) {}
 
-  /// Limits the next find() to an allowance, in order of importance; call close() of the queue afterwards.
-  /// Null: no limit.
+  /// Limits the next find() to an allowance, with the most important clusters first. Call close() of the
+  /// queue afterwards. Null: no limit.
   void limit(Allowance* allowance, const std::optional<InterestRegion>& region) {
     allowance_ = allowance;
     region_ = region;
@@ -43,8 +44,8 @@ class ClusteredCrossings {
 
   /// The crossings found, in arbitrary order, but the same for every thread count.
   [[nodiscard]] std::span<const EdgeInTriangle> found() const { return found_; }
-  /// A candidate is a pair of an edge and a triangle of the penetrated body, where the box of the edge meets
-  /// that of the triangle's cluster.
+  /// Counts of the last find(). Its candidates are pairs of an edge and a triangle of the penetrated body: the
+  /// box of the edge meets the box of the triangle's cluster.
   [[nodiscard]] QueryTally tally() const { return total(tallies_); }
   [[nodiscard]] std::size_t bytes() const {
     return grid_.bytes() + 7 * row_[0].capacity() * sizeof(std::int32_t);
@@ -67,10 +68,10 @@ class ClusteredCrossings {
   Allowance* allowance_ = nullptr;
   std::optional<InterestRegion> region_;
   CompactGrid grid_;
-  std::vector<Cell> cells_;  ///< (n_border_edges) of their midpoints; no_cell for long edges
+  std::vector<Cell> cells_;  ///< (n_border_edges) cell of each midpoint; no_cell for long edges
   std::vector<std::array<std::int32_t, 3>> longest_of_chunk_;
-  std::array<std::int32_t, 3> longest_{};         ///< extent of the other edges, along each axis
-  std::array<std::vector<std::int32_t>, 7> row_;  ///< numbers of EdgeRows
+  std::array<std::int32_t, 3> longest_{};  ///< largest extent along each axis of the edges that are not long
+  std::array<std::vector<std::int32_t>, 7> row_;  ///< the arrays of EdgeRows
   std::vector<std::uint8_t> penetrated_;          ///< (n_bodies)
   std::vector<Cluster> active_;                   ///< clusters of penetrated bodies
   parallel::ChunkedList<EdgeInTriangle> lists_;

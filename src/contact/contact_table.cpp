@@ -25,7 +25,7 @@ void ContactTable::list_rows(const Bodies& bodies, std::span<const PointInTet> f
   for (std::size_t p = 0; p < n_points; ++p) {
     OfPoint& of_point = of_point_[p];
     of_point = {static_cast<Index>(contacts_.size()), 0, -1};
-    // Tets are in order of bodies, so bodies ascend.
+    // Tets are in the order of bodies, so bodies ascend.
     if (row_begin_[p + 1] - row_begin_[p] > 1) {
       std::sort(by_point_.begin() + row_begin_[p], by_point_.begin() + row_begin_[p + 1],
                 [](const PointInTet& a, const PointInTet& b) { return a.tet < b.tet; });
@@ -100,7 +100,7 @@ void ContactTable::match(const parallel::Threads& threads, const ContactTable& l
   });
 }
 
-/// Lists rows of the last table with a history but no row here, by a merge of two sorted lists.
+/// Lists the rows of the last table that have a history but no row here, by merging two sorted lists.
 void ContactTable::list_ended(const ContactTable& last) {
   const std::size_t rows = last.size_ + last.now_.point.size();
   assign_with_room(matched_, rows, std::uint8_t{0});
@@ -108,7 +108,7 @@ void ContactTable::list_ended(const ContactTable& last) {
     if (row >= 0) at(matched_, row) = 1;
   ended_.clear();
   make_room(ended_, rows);
-  std::size_t old = last.size_;  // index of rows that had ended before
+  std::size_t old = last.size_;  // index of the first row that had ended before
   const auto add = [&](std::size_t row) {
     if (matched_[row] == 0) ended_.push_back(row);
   };
@@ -127,7 +127,7 @@ void ContactTable::resize(RowStates& history, std::size_t rows, std::size_t ende
   resize_columns(history.rims, rows + ended);
 }
 
-/// Adds rows; all values stay.
+/// Adds rows; existing values stay.
 void ContactTable::grow(RowStates& history, std::size_t rows, std::size_t ended) {
   grow_column(history.point, ended);
   grow_column(history.body, ended);
@@ -151,7 +151,7 @@ void ContactTable::carry_states(const parallel::Threads& threads, const ContactT
   });
 }
 
-/// Moves rows from the last to the first, so that each moves to a place whose values were already moved.
+/// Moves rows in descending order, so that no value is overwritten before it is moved.
 void ContactTable::add_rows(std::span<const Key> keys) {
   new_keys_.clear();
   make_room(new_keys_, keys.size());

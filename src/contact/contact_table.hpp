@@ -15,7 +15,7 @@
 
 namespace palpate {
 
-/// States of contacts with their keys, sorted by (point, body): the part that a resumed run needs.
+/// States of contacts with their keys, sorted by (point, body). A resumed run needs them.
 struct ContactHistory {
   std::vector<Index> point;
   std::vector<Index> body;
@@ -43,10 +43,10 @@ class ContactTable {
   void assign(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
               std::span<const PointInTet> found, const ContactTable* last = nullptr);
 
-  /// The public columns, (size()) rows.
+  /// The columns that users see, (size()) rows.
   [[nodiscard]] Contacts& contacts() { return contacts_; }
   [[nodiscard]] const Contacts& contacts() const { return contacts_; }
-  /// Edge contacts are separate rows, which are moved together with the table.
+  /// Edge contacts are rows of a separate kind, moved together with the table.
   [[nodiscard]] EdgeContacts& edges() { return edges_; }
   [[nodiscard]] const EdgeContacts& edges() const { return edges_; }
   /// Moves the public columns out; contacts() is empty until the next assign().
@@ -66,39 +66,40 @@ class ContactTable {
   }
   /// The row of a contact, or of an ended one, or -1. O(bodies that the point is in + log(ended)).
   [[nodiscard]] Index row_of(Index point, Index body) const;
-  /// (size()) the row of each contact in the last table, -1: none. Rows from that table's size() on belong to
-  /// ended contacts.
+  /// (size()) the row of each contact in the last table, -1: none. Rows from that table's size() on are
+  /// contacts that had ended.
   [[nodiscard]] std::span<const Index> previous() const { return previous_; }
 
   /// Cached planes, written by PlaneCache: (size()) rows, or none.
   [[nodiscard]] CachedPlanes& planes() { return planes_; }
   [[nodiscard]] const CachedPlanes& planes() const { return planes_; }
-  /// States of rows in contact, then of ended ones; none before the first begin_step() or set_history().
+  /// States of rows in contact, then of rows that have ended; empty before the first begin_step() or
+  /// set_history().
   [[nodiscard]] ContactStates& states() { return now_.states; }
   [[nodiscard]] const ContactStates& states() const { return now_.states; }
   [[nodiscard]] RimCache& rims() { return now_.rims; }
 
-  /// Adds rows for contacts without one, among the ended ones, with zero states. Keys must be sorted. Indices
-  /// of rows of ended contacts change. O(rows).
+  /// Adds rows with zero states, among the ended ones, for contacts that have no row. Keys must be sorted.
+  /// Indices of rows of ended contacts change. O(rows).
   void add_rows(std::span<const Key> keys);
   /// Counts a step: increments `seen` of contacts and `lost` of ended ones, which are removed after
   /// longest_absence. A speculative contact that never existed at the end of a step is removed. O(rows),
   /// parallel.
   void begin_step(const parallel::Threads& threads);
-  /// Undoes the last begin_step() and all changes of states since. O(1).
+  /// Undoes the last begin_step() and all later changes of states. O(1).
   void undo_step() { std::swap(now_, before_); }
 
-  /// All contacts that have acted, also those that have ended. O(rows).
+  /// The states of all contacts that have acted, including those that have ended. O(rows).
   [[nodiscard]] ContactHistory history() const;
   /// Replaces all states: `contacts` are sorted by (point, body). O(rows).
   void set_history(const ContactHistory& contacts);
 
  private:
-  /// The contacts of a point: `count` from `first` on.
+  /// The contacts of a point: `count` rows from `first` on.
   struct OfPoint {
     Index first;
     Index count;
-    Index body;  ///< of the first; -1: none
+    Index body;  ///< body of the first contact; -1: no contact
   };
   /// States of all rows, and keys of the ended ones.
   struct RowStates {
@@ -125,18 +126,18 @@ class ContactTable {
   Contacts contacts_;
   EdgeContacts edges_;
   std::size_t size_ = 0;
-  std::vector<Index> taken_bodies_;  ///< contacts_.body of take_contacts()
+  std::vector<Index> taken_bodies_;  ///< the column `body` after take_contacts(), which moves it out
   std::vector<Index> previous_;
   CachedPlanes planes_;
   bool keeps_states_ = false;
   RowStates now_;
-  RowStates before_;               ///< the last begin_step()
+  RowStates before_;               ///< states before the last begin_step()
   std::vector<OfPoint> of_point_;  ///< (n_points)
   // Scratch:
   std::vector<PointInTet> by_point_;
   std::vector<Index> row_begin_;
-  std::vector<std::uint8_t> matched_;  ///< rows of the last table
-  std::vector<std::size_t> ended_;     ///< rows of the last table
+  std::vector<std::uint8_t> matched_;  ///< 1: rows of the last table with a row here
+  std::vector<std::size_t> ended_;     ///< rows of the last table that ended
   std::vector<Key> new_keys_;
 };
 

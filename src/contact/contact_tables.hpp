@@ -7,13 +7,13 @@
 
 namespace palpate {
 
-/// The tables of detections: of the last one, of the one before it during a detection, and of a held one.
-/// They are swapped, so that each keeps its memory.
+/// The tables of three detections: the last one, the one before it (while the last one is made), and a held
+/// one. They are swapped, so that each keeps its memory.
 class ContactTables {
  public:
   [[nodiscard]] ContactTable& now() { return tables_[now_]; }
   [[nodiscard]] const ContactTable& now() const { return tables_[now_]; }
-  /// During a detection: the table of the detection before.
+  /// During a detection: the table of the detection before it.
   [[nodiscard]] const ContactTable& last() const { return tables_[last_]; }
 
   /// Begins a detection: now() becomes last(), and another table becomes now().

@@ -10,12 +10,12 @@
 namespace palpate {
 
 /// Linear cost model, seconds = a + b work: a fixed cost and a cost per unit, fitted to the last 32 samples.
-/// The fitted line is then raised above all but the two highest samples, so that it is seldom too low; but by
-/// at most a factor of 1.5 over the median, so that times in which the system suspended the thread do not
-/// matter.
+/// The fitted line is then raised above all samples but the two highest, so that it is seldom too low. It is
+/// raised by at most a factor of 1.5 over the median, so that samples during which the system suspended the
+/// thread do not matter.
 ///
-/// A cost per unit alone does not suffice: after samples with little work the unit cost seems high, and then
-/// even less work is planned.
+/// A cost per unit alone would not be enough: after samples with little work the unit cost seems high, and
+/// then even less work would be planned.
 class CostLine {
  public:
   /// \param units  assumed ratio of the fixed cost to the cost of a unit, while all samples have about the

@@ -22,10 +22,10 @@
 
 namespace palpate {
 
-/// Edge-triangle query (paper 3 and 4): the border edges are put into the structure by the cells they pass,
-/// and the surface triangles of the penetrated bodies search for them in the cells of their boxes.
+/// Edge-triangle query (paper 3 and 4). The border edges are put into the structure, by the cells they pass.
+/// The surface triangles of the penetrated bodies search for them in the cells of their boxes.
 ///
-/// With clusters, ClusteredCrossings does this for all but long edges.
+/// With clusters, ClusteredCrossings does this for all edges but the long ones.
 class CrossingQuery {
  public:
   void use_clusters(const Bodies& bodies) { clustered_ = std::make_unique<ClusteredCrossings>(bodies); }
@@ -65,7 +65,7 @@ class CrossingQuery {
     if (fixed != nullptr) tally_ += clustered_->tally();
   }
 
-  /// The query with clusters.
+  /// The query of clusters (ClusteredCrossings).
   [[nodiscard]] ClusteredCrossings& clustered() { return *clustered_; }
   [[nodiscard]] const ClusteredCrossings& clustered() const { return *clustered_; }
 
@@ -93,7 +93,7 @@ class CrossingQuery {
     });
   }
 
-  /// Finds the crossings of edges_, triangle by triangle. The structure holds their indices in that list.
+  /// Finds the crossings of edges_, triangle by triangle. The structure holds indices into edges_.
   template <class Structure>
   void search(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
               const Contacts& contacts, std::span<const BorderEdge> border_edges, const Lattice& cells,
@@ -116,7 +116,7 @@ class CrossingQuery {
       std::array<std::uint64_t, CellSlots::most> storage{};
       std::span<const std::uint64_t> chosen;
       const std::uint64_t passed = cells_passed(lattice, a, b);
-      // The hash uses the ends of the edge, so that the choice does not depend on other edges.
+      // The hash uses the ends of the edge, so the choice does not depend on other edges.
       if (slots.overflows(passed)) chosen = slots.choose(edge_name(in, out), passed, storage);
       std::uint64_t number = 0;
       lattice.for_each_cell_of_segment(a, b, [&](std::int32_t i, std::int32_t j, std::int32_t k) {
@@ -146,7 +146,7 @@ class CrossingQuery {
             edges.for_each(lattice.cells_of(box), [&](Index e) {
               if (at(contacts.body, border_edge(e).contact) == body) near.push_back(e);
             });
-            // An edge that passes several cells of the triangle is one candidate.
+            // An edge may pass several cells of the triangle's box, but is one candidate.
             std::sort(near.begin(), near.end());
             near.erase(std::unique(near.begin(), near.end()), near.end());
             tallies_[begin / grain].candidates += near.size();
@@ -174,7 +174,7 @@ class CrossingQuery {
     return (std::uint64_t{1} << 63) | (static_cast<std::uint64_t>(in) << 31) |
            static_cast<std::uint64_t>(out);
   }
-  /// In approximate mode, L of the compact grid is a static array.
+  /// In approximate mode, L of the compact grid is an array of fixed size.
   template <class Footprint, class Structure>
   static void build(const parallel::Threads& threads, const Lattice& lattice, std::size_t count,
                     const CellSlots& slots, Footprint&& footprint, Structure& edges) {
@@ -189,7 +189,7 @@ class CrossingQuery {
     lattice.for_each_cell_of_segment(a, b, [&](std::int32_t, std::int32_t, std::int32_t) { ++cells; });
     return cells;
   }
-  /// Approximate mode: counts the cells of border edges that got no slot.
+  /// In approximate mode: counts the cells of border edges that got no slot.
   template <class EndsOf>
   void count_left_out(const parallel::Threads& threads, std::span<const Vec3> positions, std::size_t edges,
                       const Lattice& lattice, const CellSlots& slots, EndsOf&& ends_of) {
@@ -205,7 +205,7 @@ class CrossingQuery {
       }
     });
   }
-  /// The lattice, with larger cells if needed, so that an edge passes at most 64 cells on average: memory
+  /// The lattice, with a larger cell size if edges would pass more than 64 cells on average. So memory
   /// depends on the number of edges, not on their length. `extent(e)` is |dx| + |dy| + |dz| of edge e.
   template <class Extent>
   Lattice bounded(const parallel::Threads& threads, const Lattice& cells, std::size_t edges,
@@ -227,13 +227,13 @@ class CrossingQuery {
   std::vector<Index> edges_;  ///< border edges that are searched triangle by triangle
   QueryTally tally_;
   parallel::ChunkedList<EdgeInTriangle> lists_;
-  std::vector<EdgeInTriangle> found_;   ///< found in any way
-  std::vector<EdgeInTriangle> sorted_;  ///< by (border edge, triangle)
+  std::vector<EdgeInTriangle> found_;   ///< crossings of all edges, unsorted
+  std::vector<EdgeInTriangle> sorted_;  ///< the same, sorted by (border edge, triangle)
   std::vector<Crossing> crossings_;
   std::vector<Index> begin_;
   std::vector<std::uint8_t> penetrated_;
   std::vector<double> extent_scratch_;
-  std::vector<std::vector<Index>> near_;  ///< scratch of each chunk of triangles
+  std::vector<std::vector<Index>> near_;  ///< edges near a triangle: scratch of each chunk of triangles
   std::vector<QueryTally> tallies_;
   std::vector<QueryTally> footprint_tallies_;
 };

@@ -4,12 +4,12 @@
 
 namespace palpate {
 
-/// A time after which existing results are no longer refined.
+/// A time after which results are no longer refined.
 class Deadline {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// No deadline.
+  /// Without a limit.
   Deadline() = default;
   explicit Deadline(Clock::time_point end) : end_(end) {}
   static Deadline after_seconds(double seconds) {

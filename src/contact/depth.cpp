@@ -13,15 +13,16 @@ namespace palpate {
 namespace {
 
 constexpr std::size_t grain = 256;
-/// Fraction of certainty that is lost at each edge, so that distant planes count less.
+/// Fraction of certainty that is lost with each edge of distance from a crossing, so that distant planes
+/// count less.
 constexpr double loss = 0.01;
-/// Certainty above which a mean is trusted.
+/// A mean plane with more certainty than this is trusted.
 constexpr double full_certainty = 0.5;
 constexpr double least_certainty = 1e-3;
 constexpr double tolerance = 1e-5;
 constexpr int most_iterations = 200;
 constexpr double smallest_normal = 1e-6;
-/// Length of the mean normal above which the planes agree.
+/// The planes count as agreeing if the length of the mean normal is above this.
 constexpr double full_agreement = 0.9;
 
 }  // namespace
@@ -56,7 +57,7 @@ DepthCounts DepthEstimate::count() const {
   return counts;
 }
 
-/// The first guess: breadth first from the crossings, as in the paper.
+/// Computes the first guess: breadth-first propagation from the crossings, as in the paper.
 void DepthEstimate::propagate(const Frame& frame) {
   const std::vector<Index>& point = frame.table.contacts().point;
   frontier_.clear();
@@ -137,15 +138,15 @@ void DepthEstimate::balance(const Frame& frame) {
   system_.solve(frame.threads, tolerance, most_iterations, frame.deadline);
 }
 
-/// Certainty of each contact: 1 at a crossing, decreasing with each edge from there. Solves (W_i + sum_j m_ij
-/// + s_i) k_i = W_i + sum_j m_ij k_j starting at 1.
+/// Computes the certainty of each contact: 1 at a crossing, less with each edge from there. Solves (W_i +
+/// sum_j m_ij + s_i) k_i = W_i + sum_j m_ij k_j, starting at 1.
 void DepthEstimate::solve_certainty(const Frame& frame) {
   parallel::for_each(frame.threads, estimates_.size(), grain, [&](std::size_t c) {
     PlaneSystem::Node& node = system_.nodes[c];
     const double lost = loss * link_weight * estimates_[c].edges;
     node.diagonal += lost;
     node.residual = {-lost, 0.0, 0.0, 0.0};
-    // A contact with the mean of its neighbours adds no information to them.
+    // A contact that uses the mean of its neighbours adds no information to them.
     const bool guesses = frame.cache.source(c) == PlaneCache::neighbors;
     if (estimates_[c].level < 0 || estimates_[c].fixed || guesses || !std::isfinite(node.diagonal))
       leave_out(c);
@@ -157,8 +158,9 @@ void DepthEstimate::solve_certainty(const Frame& frame) {
   });
 }
 
-/// Removes a contact from the system: it keeps its first guess, which its neighbours then use. Unreached
-/// contacts keep their links, which lead only to other unreached contacts.
+/// Removes a contact from the system: it keeps its first guess, which its neighbours then use as a given
+/// plane. Contacts that propagation did not reach keep their links, which lead only to other contacts of that
+/// kind.
 void DepthEstimate::leave_out(std::size_t c) {
   PlaneSystem::Node& node = system_.nodes[c];
   node.diagonal = 1.0;
@@ -195,7 +197,7 @@ void DepthEstimate::finish_contact(const Frame& frame, std::size_t c, bool rough
         search.nearest(frame.bodies, frame.positions, contacts.tet[c], p, without, infinity, -1.0);
     if (found.outward == Vec3{})
       found = nearest_surface_point(frame.bodies, frame.positions, contacts.body[c], p, without);
-    if (!std::isfinite(found.distance)) found.distance = 0.0;  // the body has no other surface
+    if (!std::isfinite(found.distance)) found.distance = 0.0;  // the body has no surface except at the point
     return found;
   };
   const bool guesses = frame.cache.source(c) == PlaneCache::neighbors;
@@ -224,14 +226,14 @@ void DepthEstimate::finish_contact(const Frame& frame, std::size_t c, bool rough
     contacts.direction[c] = nearest().outward;
     estimate.from_surface = cancelled;
   }
-  // If many neighbours have no computed plane, a plane from far away is not reliable.
+  // If many neighbours have no computed plane, their mean is not reliable.
   if (estimate.level > 0 && frame.cache.spared() > 0)
     contacts.depth[c] = std::min(contacts.depth[c], estimate.bound);
   estimate.rough = rough;
-  // Rounding alone must not cause a search.
+  // A difference by rounding alone must not start a search.
   const double enough = contacts.depth[c] * (1.0 + 1e-9) + 1e-12 * node.length;
   if (std::min(estimate.nearest_crossing, estimate.nearest_surface) <= enough) return;
-  if (std::isfinite(estimate.nearest_surface)) {  // nothing else is nearer
+  if (std::isfinite(estimate.nearest_surface)) {  // no other surface is nearer
     contacts.depth[c] = std::min(estimate.nearest_crossing, estimate.nearest_surface);
     if (estimate.from_surface == from_planes) estimate.from_surface = raised;
     return;
@@ -243,13 +245,13 @@ void DepthEstimate::finish_contact(const Frame& frame, std::size_t c, bool rough
     return bound <= enough;
   };
   if (try_direction(contacts.direction[c])) return;
-  if (bound > node.length) {  // a smaller bound saves many tets of the search
+  if (bound > node.length) {  // a smaller bound makes the search visit far fewer tets
     for (const Vec3& direction :
          {Vec3{1, 0, 0}, Vec3{-1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, -1, 0}, Vec3{0, 0, 1}, Vec3{0, 0, -1}}) {
       if (try_direction(direction)) return;
     }
   }
-  bound *= 1.0 + 1e-9;  // so that the search includes it
+  bound *= 1.0 + 1e-9;  // so that the search includes a point at this distance
   const SurfacePoint found =
       search.nearest(frame.bodies, frame.positions, contacts.tet[c], p, without, bound, enough);
   if (found.distance <= enough || !std::isfinite(found.distance)) return;
@@ -257,7 +259,7 @@ void DepthEstimate::finish_contact(const Frame& frame, std::size_t c, bool rough
   if (estimate.from_surface == from_planes) estimate.from_surface = raised;
 }
 
-/// Uses the mean of the neighbours' planes, but no larger depth than theirs, since their planes may not be
+/// Uses the mean of the neighbours' planes. The depth is no larger than theirs, since their planes may not be
 /// valid further away.
 void DepthEstimate::use_propagated_depth(const Frame& frame, std::size_t c) {
   Contacts& contacts = frame.table.contacts();
@@ -283,7 +285,7 @@ void DepthEstimate::set_unknown_depth(const Frame& frame, std::size_t c) {
   estimates_[c].rough = true;
 }
 
-/// The point of a self-contact, whose own surface must not be its exit; else -1.
+/// In self-contact: the point, whose own surface must not be its exit; otherwise -1.
 Index DepthEstimate::own_point(const Frame& frame, std::size_t c) {
   const Contacts& contacts = frame.table.contacts();
   const Index point = contacts.point[c];

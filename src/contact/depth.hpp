@@ -47,7 +47,7 @@ class DepthEstimate {
                       ContactTable& table, const BorderEdges& border_edges, const CrossingQuery& crossings,
                       const PlaneCache& cache = {}, const Deadline& deadline = {});
   [[nodiscard]] const SurfaceNormals& normals() const { return normals_; }
-  /// How the plane of a contact was obtained.
+  /// How the plane of a contact was found.
   [[nodiscard]] PlaneCache::Outcome outcome(std::size_t contact) const {
     using Outcome = PlaneCache::Outcome;
     const Estimate& estimate = estimates_[contact];
@@ -57,7 +57,7 @@ class DepthEstimate {
   }
 
  private:
-  /// One frame's input.
+  /// Input of one frame.
   struct Frame {
     const parallel::Threads& threads;
     const Bodies& bodies;
@@ -71,34 +71,35 @@ class DepthEstimate {
   };
   /// Intermediate data of a contact. Columns of the table are written once, at the end.
   struct Estimate {
-    double depth = 0.0;             ///< sum over its planes, then the first guess
-    Vec3 normal;                    ///< sum of normals over its planes, then the first guess
-    Index level = -1;               ///< 0 at a crossing, else steps of propagation from one; -1: not reached
-    Index without_crossing = 0;     ///< border edges
-    double edges = 0.0;             ///< sum of 1 / length^2 of all edges of the point
-    double border_edges = 0.0;      ///< of those with a crossing
-    double border_weight = 0.0;     ///< of all its crossings
+    double depth = 0.0;          ///< sum over its planes; later the depth of the first guess
+    Vec3 normal;                 ///< sum of the normals of its planes; later the normal of the first guess
+    Index level = -1;            ///< 0 at a crossing, otherwise the number of edges from one; -1: not reached
+    Index without_crossing = 0;  ///< border edges
+    double edges = 0.0;          ///< sum of 1 / length^2 of all edges of the point
+    double border_edges = 0.0;   ///< sum of 1 / length^2 of the border edges with a crossing
+    double border_weight = 0.0;  ///< sum of the weights of all its crossings
     double nearest_crossing = 0.0;  ///< distance
-    double nearest_surface = 0.0;   ///< distance of the surface beside it; infinite: none
-    double deepest = 0.0;           ///< largest depth of the neighbours that its first guess comes from
-    double bound = 0.0;             ///< no depth grows by more than the distance to a neighbour
-    double certainty = 1.0;         ///< reliability of its plane, 0 to 1
-    double mean = 0.0;              ///< distance to its plane, the mean of all planes; not negative
-    double agreement = 0.0;         ///< length of the normal of that plane
-    bool fixed = false;             ///< its plane is that of its crossings alone, or the cached one
+    double nearest_surface =
+        0.0;                 ///< distance to the nearest surface triangle beside the point; infinite: none
+    double deepest = 0.0;    ///< largest depth of the neighbours from which its first guess was propagated
+    double bound = 0.0;      ///< upper bound of its depth: a neighbour's depth plus the distance to it
+    double certainty = 1.0;  ///< reliability of its plane, 0 to 1
+    double mean = 0.0;       ///< distance to its plane, the mean of all planes; not negative
+    double agreement = 0.0;  ///< length of the normal of the mean plane
+    bool fixed = false;      ///< its plane is given: that of its crossings alone, or the cached one
     std::uint8_t from_surface = 0;  ///< a Source
     bool cached = false;            ///< its plane is the cached one
     bool rough = false;             ///< there was no time to refine it
   };
-  /// A surface triangle beside a contact.
+  /// A surface triangle within reach of a contact.
   struct Beside {
     std::size_t contact;
     double distance;
     double weight;
   };
-  /// Memory of a chunk of contacts.
+  /// Scratch memory of a chunk of contacts.
   struct Scratch {
-    /// Reserves memory for contacts of usual meshes, so that later steps allocate none.
+    /// Reserves enough memory for typical contacts, so that later steps allocate none.
     Scratch() {
       crossed.reserve(1024);
       exits.reserve(1024);
@@ -107,17 +108,17 @@ class DepthEstimate {
       normals.reserve(1024);
     }
     ExitSearch search;
-    std::vector<CrossedEdge> crossed;   ///< border edges with one crossing
+    std::vector<CrossedEdge> crossed;   ///< border edges with exactly one crossing
     std::vector<EdgeExit> exits;        ///< (n_crossed)
-    std::vector<TrianglePoint> points;  ///< nearest points of surface beside contacts
+    std::vector<TrianglePoint> points;  ///< nearest points to contacts, on triangles in reach
     std::vector<Beside> beside;         ///< (n_points)
     std::vector<Vec3> normals;          ///< (n_points)
   };
-  /// The reason why depth or direction of a contact is that of the nearest surface point.
+  /// Why depth or direction of a contact is that of the nearest surface point.
   enum Source : std::uint8_t { from_planes, no_border, raised, cancelled };
 
-  static constexpr std::size_t contacts_of_search = 64;  ///< contacts of a chunk
-  /// Squared length of an edge for weights; never zero, also where points coincide.
+  static constexpr std::size_t contacts_of_search = 64;  ///< contacts of a chunk in searches
+  /// Squared length of an edge for weights; never zero, even if its points coincide.
   [[nodiscard]] double squared_distance(const Frame& frame, Index p, Index q) const {
     const double now = squared_length(at(frame.positions, q) - at(frame.positions, p));
     return now >= surely_enough_ ? now : longer_distance(frame, p, q, now);
@@ -154,16 +155,16 @@ class DepthEstimate {
   Index regions_not_reached();
 
   SurfaceNormals normals_;
-  double surely_enough_;  ///< squared length that is not too short for any edge
+  double surely_enough_;  ///< an edge with a larger squared length is long enough
   PlaneSystem system_;
-  std::vector<std::uint8_t> penetrated_;  ///< (n_bodies) by contacts that compute their plane
-  std::vector<Index> border_begin_;       ///< (n_contacts + 1) border edges of each contact
+  std::vector<std::uint8_t> penetrated_;  ///< (n_bodies) 1: penetrated by a contact that computes its plane
+  std::vector<Index> border_begin_;       ///< (n_contacts + 1) first border edge of each contact
   std::vector<Estimate> estimates_;       ///< (n_contacts)
   std::vector<Plane> planes_;             ///< (n_contacts) of the first guess
-  std::vector<double> deepest_;           ///< (n_contacts) of its region, in edges
+  std::vector<double> deepest_;           ///< (n_contacts) largest depth in its connected region, in edges
   std::vector<Index> frontier_;
   std::vector<Index> next_;
-  std::vector<Scratch> scratches_;  ///< of each chunk of contacts
+  std::vector<Scratch> scratches_;  ///< one for each chunk of contacts
 };
 
 }  // namespace palpate

@@ -12,24 +12,26 @@
 namespace palpate {
 namespace {
 
-/// Largest depth of a region, in edges, up to which nothing changes, and from which the correction applies in
-/// full.
+/// Depth of a region, in edges: up to the first value nothing changes, from the second on the correction
+/// applies in full.
 constexpr double shallow = 0.2;
 constexpr double deep = 0.4;
-/// Agreement and certainty above which the mean plane has its full weight.
+/// Agreement and certainty from which the mean plane has full weight.
 constexpr double enough_agreement = 0.2;
 constexpr double enough_certainty = 0.7;
-/// Depth of the end of the mean exit, in lengths of that exit, at which the mean has weight zero.
+/// If the end of the exit along the mean plane is this deep, in lengths of that exit, the mean has weight
+/// zero.
 constexpr double lost_at = 2.0;
-/// The same for a direction to count as uncertain: the nearest surface may then change discontinuously.
+/// The same limit for a direction to count as uncertain: the nearest surface may then change discontinuously.
 constexpr double uncertain_at = 0.3;
-/// Faces within this multiple of the nearest distance are included, so that the end moves continuously over
-/// edges.
+/// Faces up to this multiple of the nearest distance are included, so that the end of the exit moves
+/// continuously over edges.
 constexpr double tie = 1.6;
-/// Bound of the distance of their mean plane, over the nearest distance: the faces may have any orientation.
+/// Bound of the distance to the mean plane of these faces, relative to the nearest distance, since the faces
+/// may have any orientation.
 constexpr double furthest_plane = 1.5;
-/// A mean of faces with different normals may end inside. So the exit is made longer by this factor times
-/// (1 - length of the mean normal), up to a fraction of the distance.
+/// The mean of faces with different normals may end inside. So the exit is lengthened by this factor times (1
+/// - length of the mean normal), up to a fraction of the distance.
 constexpr double overshoot_by_spread = 20.0;
 constexpr double most_overshoot = 0.3;
 
@@ -37,18 +39,20 @@ constexpr double most_overshoot = 0.3;
 struct DepthExit {
   Vec3 target;
   double length = 0.0;
-  double inside = 0.0;  ///< depth of the end of its middle part; 0: it ends outside, or the walk is lost
+  double inside =
+      0.0;  ///< depth of the end of its straight part; 0: that end is outside, or the walk is lost
 };
 
-/// The exit of p, a point in `tet`: first along `straight`, from there to the surface. `mean_part`, from 0 to
-/// 1: 0 ends at the nearest surface point, 1 at a mean of the faces at a similar distance.
+/// The exit of p, a point in `tet`: first along `straight`, then to the surface. `mean_part`, from 0 to 1,
+/// chooses the end: 0 is the nearest surface point, 1 the foot on the mean plane of the faces at a similar
+/// distance.
 DepthExit find_exit(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
                     const Vec3& direction, double straight, double mean_part, Index without,
                     ExitSearch& search) {
   const Vec3 end = p + straight * direction;
   const ExitAhead exit = straight > 0.0 ? exit_ahead(bodies, positions, tet, p, direction, straight)
                                         : ExitAhead{.tet = tet, .distance = 0.0};
-  // If the walk is lost by rounding, the exit is infinite and not used.
+  // If rounding made the walk lose its way, the exit is infinite and is not used.
   if (exit.tet < 0) return {end, std::numeric_limits<double>::infinity(), 0.0};
   if (exit.leaves()) return {end, straight, 0.0};
   const SurfacePoint nearest = search.nearest(bodies, positions, exit.tet, end, without,
@@ -79,8 +83,8 @@ DepthExit find_exit(const Bodies& bodies, std::span<const Vec3> positions, Index
 
 }  // namespace
 
-/// Finds the largest depth in each connected region of contacts, in edges of the point, since shallow
-/// contacts may belong to a deep region. Returns false where no contact is deep. O(contacts + links).
+/// Finds the largest depth in each connected region of contacts, in edges of the point: shallow contacts may
+/// belong to a deep region. Returns false if no contact is deep. O(contacts + links).
 bool DepthEstimate::find_deepest(const Frame& frame) {
   const Contacts& contacts = frame.table.contacts();
   const auto relative = [&](std::size_t c) { return contacts.depth[c] / system_.nodes[c].length; };
@@ -141,7 +145,8 @@ void DepthEstimate::lead_contact_out(const Frame& frame, std::size_t c, double f
     if (part < 1.0) exit = exit_of(part);
   }
   const Vec3 out = normalized(exit.target - p);
-  if (!std::isfinite(exit.length) || out == Vec3{}) return;  // lost, or on the surface
+  if (!std::isfinite(exit.length) || out == Vec3{})
+    return;  // the walk is lost, or the point is on the surface
   contacts.depth[c] += fraction * (exit.length - contacts.depth[c]);
   contacts.direction[c] = normalized((1.0 - fraction) * direction + fraction * out);
   contacts.certainty[c] *= 1.0 - fraction * (1.0 - certainty);

@@ -1,4 +1,4 @@
-// The planes of contacts from their crossings, the surface beside them and their links (DepthEstimate).
+// The planes of contacts: from their crossings, the surface beside them and their links (DepthEstimate).
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -13,11 +13,11 @@
 namespace palpate {
 namespace {
 
-/// Ratio of weights above which crossings decide without the neighbours; it also keeps the system well
-/// scaled.
+/// If the weight of the crossings exceeds this multiple of the rest, only the crossings count. It also keeps
+/// the system well scaled.
 constexpr double alone = 1e8;
 constexpr std::size_t few = 16;
-/// Least squared length of an edge, over that at rest.
+/// Smallest squared length of an edge that is used, relative to its length at rest.
 constexpr double smallest = 1e-12;
 
 double longest_squared_edge(const Bodies& bodies) {
@@ -101,7 +101,7 @@ void DepthEstimate::find_normals(const Frame& frame, Scratch& scratch) const {
   normals_.at_points(frame.bodies, frame.positions, scratch.points, scratch.normals);
 }
 
-/// Lists the crossings of border edges with exactly one, which are nearly all.
+/// Lists the crossings of border edges with exactly one crossing, which are nearly all.
 void DepthEstimate::list_crossings(const Frame& frame, std::size_t begin, std::size_t end,
                                    Scratch& scratch) const {
   const Contacts& contacts = frame.table.contacts();
@@ -119,8 +119,8 @@ void DepthEstimate::list_crossings(const Frame& frame, std::size_t begin, std::s
   }
 }
 
-/// The mean plane of the crossings of a contact's border edges. `next_exit` is the exit of the next edge with
-/// one crossing, and advances.
+/// The mean plane of the crossings of a contact's border edges. `next_exit` is the first of the edges with
+/// one crossing that was not used yet, and advances.
 void DepthEstimate::add_border(const Frame& frame, std::size_t c, const EdgeExit*& next_exit) {
   const Index point = frame.table.contacts().point[c];
   // Local sums, which are written to memory once.
@@ -135,7 +135,7 @@ void DepthEstimate::add_border(const Frame& frame, std::size_t c, const EdgeExit
     nearest = std::min(nearest, exit.distance);
     if (fixed && !exit.at_point) return;
     if (exit.at_point && !fixed) {
-      // With a crossing at the point itself, all others are ignored.
+      // If a crossing is at the point itself, all others are ignored.
       fixed = true;
       weight = depth = 0.0;
       normal = {};
@@ -174,17 +174,17 @@ void DepthEstimate::add_border(const Frame& frame, std::size_t c, const EdgeExit
   estimate.normal = normal;
 }
 
-/// Search distance for surface beside a contact: triangles within it outweigh all other planes. Where a point
-/// approaches the surface from inside, far from its border edges, its plane must change before the point
-/// leaves the body.
+/// Search distance for surface beside a contact. At this distance triangles begin to outweigh all other
+/// planes. If a point approaches the surface from inside, far from its border edges, its plane must change
+/// before the point leaves the body.
 double DepthEstimate::reach(const Estimate& estimate) {
   // This value does not change when a neighbour enters the body.
   const double others = estimate.edges + (estimate.border_weight - link_weight * estimate.border_edges);
   return 1.0 / std::sqrt(others);
 }
 
-/// Finds the surface beside at most as many contacts as there are lanes. For most, the reach ends within
-/// their tet.
+/// Finds the surface beside up to as many contacts as there are lanes. For most of them, the reach ends
+/// inside their tet.
 void DepthEstimate::list_surfaces(const Frame& frame, std::size_t begin, std::size_t end,
                                   Scratch& scratch) const {
   const Contacts& contacts = frame.table.contacts();
@@ -198,7 +198,8 @@ void DepthEstimate::list_surfaces(const Frame& frame, std::size_t begin, std::si
   }
   simd::find_faces_within_reach(points, end - begin);
   for (std::size_t c = begin; c < end; ++c) {
-    if (points.meets[c - begin] == 0.0 || estimates_[c].fixed) continue;  // fixed: on the surface
+    if (points.meets[c - begin] == 0.0 || estimates_[c].fixed)
+      continue;  // fixed: the point is on the surface
     if (frame.cache.source(c) != PlaneCache::compute) continue;
     list_surface(frame, c, points.reach[c - begin], scratch);
   }
@@ -216,7 +217,8 @@ void DepthEstimate::list_surface(const Frame& frame, std::size_t c, double reach
       });
 }
 
-/// Adds their planes, from index `next` on, which then advances to the next contact.
+/// Adds the planes of surface triangles to a contact. `next` is the index of its first one, and advances to
+/// the next contact.
 void DepthEstimate::add_surface(const Frame& frame, std::size_t c, const Scratch& scratch,
                                 std::size_t& next) {
   Estimate& estimate = estimates_[c];
@@ -237,7 +239,7 @@ void DepthEstimate::add_surface(const Frame& frame, std::size_t c, const Scratch
   estimate.fixed = estimate.border_weight > alone * links;
 }
 
-/// The first guess of a contact with own planes: their mean.
+/// The first guess of a contact that has planes of its own: their mean.
 void DepthEstimate::set_propagation_source(std::size_t c) {
   Estimate& estimate = estimates_[c];
   if (!(estimate.border_weight > 0.0)) return;
@@ -246,12 +248,12 @@ void DepthEstimate::set_propagation_source(std::size_t c) {
   estimate.level = 0;
 }
 
-/// Past the deadline, a contact uses its cached plane if there is one.
+/// After the deadline, a contact uses its cached plane if there is one.
 bool DepthEstimate::uses_cached_plane(const Frame& frame, std::size_t c, bool late) {
   return frame.cache.source(c) == PlaneCache::cached || (late && frame.cache.plane(c) != nullptr);
 }
 
-/// Treated like a crossing at the point itself.
+/// A cached plane is treated like a crossing at the point itself.
 void DepthEstimate::use_cached_plane(const Frame& frame, std::size_t c) {
   Estimate& estimate = estimates_[c];
   estimate.depth = frame.cache.plane(c)->depth;

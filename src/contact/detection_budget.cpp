@@ -13,24 +13,24 @@
 namespace palpate {
 namespace {
 
-/// Fraction of the tests for points in tets; the rest is for edges.
+/// Fraction of the tests that is for points in tets; the rest is for edges.
 constexpr double points_fraction = 0.75;
-/// Fraction of the time that is planned, since forecasts are not exact.
+/// Fraction of the time that is planned, since forecasts are inexact.
 constexpr double planned_fraction = 0.8;
 /// Fraction of the time after which depths are not refined further.
 constexpr double refining_fraction = 0.9;
-/// Estimated cost factor of contacts in a detection that had no time to refine them.
+/// Estimated cost of contacts, relative to the measured one, in a detection that had no time to refine them.
 constexpr double unrefined_factor = 1.25;
-/// First estimate of the fixed cost of depths, as a number of contacts.
+/// First estimate of the fixed cost of depths, expressed as a number of contacts.
 constexpr double contacts_for_none = 256.0;
 /// Cost of a contact with a cached plane, relative to one whose depth is computed; from a profile.
 constexpr double spared_fraction = 0.3;
 
-/// Fraction of the contacts whose depth is always computed: so that the age of cached planes is bounded, and
-/// new regions have some computed planes to propagate.
+/// Fraction of the contacts that compute their depth in any case, so that the age of cached planes is
+/// bounded, and new regions have some computed planes to propagate.
 constexpr double least_recomputed_fraction = 1.0 / 32.0;
 
-/// Cost of contacts, in units of a contact whose depth is computed.
+/// Cost of contacts; the unit is a contact whose depth is computed.
 double work_of(std::size_t contacts, std::size_t spared) {
   return static_cast<double>(contacts) - (1.0 - spared_fraction) * static_cast<double>(spared);
 }
@@ -38,8 +38,9 @@ double work_of(std::size_t contacts, std::size_t spared) {
 void check(const DetectionSettings& settings) {
   const Budget budget = settings.budget.value_or(Budget{});
   if (budget.tests.has_value() == budget.milliseconds.has_value()) {
-    throw Error("detection settings", "budget", budget.tests ? "tests and milliseconds" : "neither",
-                "either tests or milliseconds");
+    throw Error("detection settings", "budget",
+                budget.tests ? "both tests and milliseconds" : "neither tests nor milliseconds",
+                "exactly one of tests and milliseconds");
   }
   if (budget.tests && *budget.tests < 1)
     throw Error("detection settings", "budget.tests", std::to_string(*budget.tests), "at least 1");
@@ -56,17 +57,17 @@ void check(const DetectionSettings& settings) {
   if (settings.structure != Structure::compact || settings.cells_per_primitive) {
     throw Error("detection settings", "budget",
                 settings.cells_per_primitive
-                    ? "it with cells_per_primitive"
-                    : "it with the structure " +
+                    ? "a budget with cells_per_primitive"
+                    : "a budget with the structure " +
                           std::string(structure_names[static_cast<std::size_t>(settings.structure)]),
-                "the structure compact, and exact cells");
+                "the structure compact without cells_per_primitive");
   }
 }
 
 }  // namespace
 
 DetectionBudget::DetectionBudget(const DetectionSettings& settings, std::size_t bodies)
-    : budget_(settings.budget.value_or(Budget{})), after_(contacts_for_none), late_bodies_(bodies, 0) {
+    : budget_(settings.budget.value_or(Budget{})), later_phases_(contacts_for_none), late_bodies_(bodies, 0) {
   check(settings);
 }
 
@@ -83,7 +84,7 @@ void DetectionBudget::begin(double fraction) {
     const double seconds = fraction * 1e-3 * budget_.milliseconds.value_or(no_limit);
     allowance_ = Allowance::of_seconds(begun_ ? planned_fraction * seconds : no_limit);
     if (begun_) refining_ = Deadline::after_seconds(refining_fraction * seconds);
-    allowance_->keep_back(after_.fixed(), after_.each() * spared_fraction);
+    allowance_->keep_back(later_phases_.fixed(), later_phases_.each() * spared_fraction);
   }
 }
 
@@ -99,9 +100,9 @@ void DetectionBudget::end_points(double seconds) {
 }
 
 std::size_t DetectionBudget::recomputed_contacts_limit(std::size_t contacts) const {
-  if (!allowance_ || !allowance_->timed() || !after_.known()) return contacts;
+  if (!allowance_ || !allowance_->timed() || !later_phases_.known()) return contacts;
   const double affordable =
-      (allowance_->seconds_left(1.0) - after_.of(work_of(contacts, contacts))) / after_.each();
+      (allowance_->seconds_left(1.0) - later_phases_.of(work_of(contacts, contacts))) / later_phases_.each();
   const double least = std::ceil(least_recomputed_fraction * static_cast<double>(contacts));
   const double limit = std::max(least, affordable / (1.0 - spared_fraction));
   return limit < static_cast<double>(contacts) ? static_cast<std::size_t>(limit) : contacts;
@@ -110,10 +111,11 @@ std::size_t DetectionBudget::recomputed_contacts_limit(std::size_t contacts) con
 void DetectionBudget::end(const DetectionTimes& times, std::size_t spared, ClusterQueue* tets,
                           ClusterQueue* triangles, DetectionCounts& counts) {
   const double after = times.contacts - points_seconds_ + times.border_edges + times.crossings + times.depth;
-  // An interrupted detection must not seem cheap, or the next one would plan too much. A sample without
+  // An interrupted detection must not look cheap, or the next one would plan too much. A sample without
   // contacts has no information on their cost.
   if (counts.contacts > 0)
-    after_.add(work_of(counts.contacts, spared), refining_.passed() ? unrefined_factor * after : after);
+    later_phases_.add(work_of(counts.contacts, spared),
+                      refining_.passed() ? unrefined_factor * after : after);
   counts.late_clusters = 0;
   counts.completeness = 1.0;
   std::size_t all = 0;
@@ -126,8 +128,9 @@ void DetectionBudget::end(const DetectionTimes& times, std::size_t spared, Clust
     counts.completeness = static_cast<double>(all - counts.late_clusters) / static_cast<double>(all);
   begun_ = true;
   if (counts.completeness < 1.0) return;
-  least_.add((times.grid + points_seconds_ + after_.usual(work_of(counts.contacts, counts.contacts))) /
-             planned_fraction);
+  shortest_detection_.add(
+      (times.grid + points_seconds_ + later_phases_.usual(work_of(counts.contacts, counts.contacts))) /
+      planned_fraction);
 }
 
 }  // namespace palpate

@@ -26,17 +26,18 @@ class DetectionBudget {
   /// Call at the start of a detection that may spend `fraction` of the budget. A time limit does not apply to
   /// the first detection, whose cost is unknown.
   void begin(double fraction);
-  /// Null: this detection is not limited.
+  /// The allowance of this detection; null: no limit.
   [[nodiscard]] Allowance* allowance() { return allowance_ ? &*allowance_ : nullptr; }
   [[nodiscard]] const std::optional<InterestRegion>& region() const { return budget_.region; }
   /// Call after the query of points in tets, before that of border edges.
   void end_points(double seconds);
   /// Maximum number of contacts whose depth is computed; `contacts` unless the budget is in milliseconds.
   [[nodiscard]] std::size_t recomputed_contacts_limit(std::size_t contacts) const;
-  /// The allowance of crossings; null: no limit. A budget in time does not limit them: a contact without
-  /// crossings costs more in the depth estimate than the crossings would, so that ever fewer would be found.
+  /// The allowance for crossings; null: no limit. A budget in time does not limit crossings, since a contact
+  /// without them costs more in the depth estimate than the crossings would. So with a limit, fewer and fewer
+  /// would be found.
   [[nodiscard]] Allowance* begin_crossings();
-  /// The deadline of refining depths; none unless the budget is in time.
+  /// The deadline for refining depths; none unless the budget is in time.
   [[nodiscard]] const Deadline& refining() const { return refining_; }
   /// Call at the end of a detection, with the times of its phases; without a limit, queues are empty or null.
   /// \param spared  contacts that did not compute their plane
@@ -46,17 +47,17 @@ class DetectionBudget {
   /// (n_bodies) 1: not all of its tets (or of its triangles, if it is penetrated) were queried.
   [[nodiscard]] const std::vector<std::uint8_t>& late_bodies() const { return late_bodies_; }
   void set_late_bodies(const std::vector<std::uint8_t>& late) { late_bodies_ = late; }
-  /// Time in seconds that recent detections would have needed to find all contacts and compute few depths.
-  [[nodiscard]] const RecentCost& least() const { return least_; }
+  /// Time in seconds that a recent detection would have needed to find all contacts and compute few depths.
+  [[nodiscard]] const RecentCost& shortest_detection() const { return shortest_detection_; }
 
  private:
   Budget budget_;
   std::optional<Allowance> allowance_;
   Deadline refining_;
-  CostLine after_;    ///< cost of depths and all after the queries
-  RecentCost least_;  ///< s
+  CostLine later_phases_;          ///< cost of depths and all later phases
+  RecentCost shortest_detection_;  ///< s
   double points_seconds_ = 0.0;
-  bool begun_ = false;  ///< after the first detection
+  bool begun_ = false;  ///< the first detection is over
   std::vector<std::uint8_t> late_bodies_;
 };
 

@@ -16,8 +16,8 @@ std::optional<CuckooCounts> cuckoo_counts(const AnyStructure& structure) {
   return cuckoo == nullptr ? std::nullopt : std::optional(cuckoo->counts());
 }
 
-/// The domain: bounds with a margin, so that it is valid for many frames, in which points at rest keep their
-/// cell index.
+/// The domain: the bounds with a margin, so that it is valid for many frames. Within it, points at rest keep
+/// their cell index.
 Box padded(const Box& bounds, double cell_size) {
   const Vec3 extent = bounds.upper - bounds.lower;
   const double margin = 2.0 * cell_size;
@@ -25,7 +25,7 @@ Box padded(const Box& bounds, double cell_size) {
   return {bounds.lower - pad, bounds.upper + pad};
 }
 
-/// Whether a domain has become so much larger than the bounds that its cells are wasted.
+/// Whether a domain is so much larger than the bounds that most of its cells are wasted.
 bool too_large(const Box& domain, const Box& needed) {
   const Vec3 d = domain.upper - domain.lower;
   const Vec3 n = needed.upper - needed.lower;
@@ -35,7 +35,7 @@ bool too_large(const Box& domain, const Box& needed) {
 }  // namespace
 
 void Detector::State::update_domain(std::span<const Vec3> positions) {
-  // First try with the domain of the last frame.
+  // First try the domain of the last frame.
   std::optional<Box> placed;
   if (lattice.cell_size() != 0.0 && clustered()) placed = fixed->place(grid_threads(), lattice, positions);
   const Box bounds = placed ? *placed : bounds_of(grid_threads(), positions, in_a_tet, box_scratch);
@@ -142,7 +142,7 @@ void Detector::State::begin_budget(double fraction_of_budget) {
   budget->begin(fraction);
 }
 
-/// Contacts that are not computed for lack of time use their cached plane.
+/// Contacts for which there is no time use their cached plane.
 void Detector::State::choose_planes(std::span<const Vec3> positions) {
   plane_cache.choose_none();
   if (!caches_planes()) return;
@@ -265,7 +265,7 @@ std::span<const std::uint8_t> Detector::late_bodies() const {
                         : std::span<const std::uint8_t>{};
 }
 double Detector::least_seconds() const {
-  return state_->budget ? state_->budget->least().high() : 0.0;
+  return state_->budget ? state_->budget->shortest_detection().high() : 0.0;
 }
 const CellSizeChoice& Detector::cell_size_choice() const {
   return state_->cell_size;

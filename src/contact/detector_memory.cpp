@@ -1,4 +1,5 @@
-// The state that later detections depend on: saved for a resumed run, or held while a step may still fail.
+// The state that later detections depend on. It is saved for a resumed run, or held while a step may still
+// fail.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -39,8 +40,10 @@ void Detector::State::recall_coherence(const DetectorMemory& memory) {
                       return std::ranges::all_of(p, [](std::int32_t x) { return 0 <= x && x <= most; });
                     });
   if (!fits) {
-    throw Error("detector", "memory", std::to_string(points_then.size()) + " points in lists of near points",
-                "those of " + std::to_string(n) + " points, as a detection leaves them");
+    throw Error(
+        "detector", "memory",
+        std::to_string(points_then.size()) + " reference positions of near lists, or a position out of range",
+        std::to_string(n) + " positions of [0, 2^30], as a detection saves them; none without near lists");
   }
   if (!coherent()) return;
   CompactGrid grid(settings.order, settings.sort);
@@ -86,7 +89,8 @@ void Detector::recall(const DetectorMemory& memory, std::span<const Vec3> positi
   const auto size = [](double x) { return x >= 0.0 && x <= 4.0 * largest_coordinate; };
   if (!(memory.cell_size > 0.0) || !std::isfinite(memory.cell_size) || memory.detections == 0 ||
       !is_finite(memory.lower) || !size(extent.x) || !size(extent.y) || !size(extent.z)) {
-    throw Error("detector", "memory", "a domain or cell size that no detection leaves", "that of a detector");
+    throw Error("detector", "memory", "a domain or cell size out of range",
+                "the values that a detector has saved");
   }
   s.cell_size.cell_size = memory.cell_size;
   s.cell_size.trials = memory.trials;
@@ -94,7 +98,7 @@ void Detector::recall(const DetectorMemory& memory, std::span<const Vec3> positi
   s.step = memory.detections - 1;
   s.recall_budget(memory);
   s.skips_coherence = true;
-  s.tables.now() = {};  // its contacts are those of other positions
+  s.tables.now() = {};  // its contacts belong to other positions
   s.plane_cache = {};
   detect(positions, memory.fraction);
   s.skips_coherence = false;
@@ -119,7 +123,8 @@ void Detector::State::hold() {
   held.late_bodies = budget->late_bodies();
 }
 
-/// Call before border edges are found while a table is held: swaps them and the crossings with free memory.
+/// Call before border edges are found while a table is held: swaps the held lists (border edges and
+/// crossings) with free memory.
 void Detector::State::keep_held_lists() {
   if (!held.active || held.has_lists) return;
   border_edges.swap_edges(held.border_edges);

@@ -1,4 +1,4 @@
-// The construction of a detector.
+// Construction of a detector.
 #include <algorithm>
 #include <array>
 #include <string>
@@ -28,7 +28,8 @@ AnyStructure make_structure(Structure structure, Order order, Sort sort) {
               "a known structure");
 }
 
-/// The pairs of two of `bodies` bodies that a setting lists, ascending, the lower body first in each.
+/// The pairs of bodies that a setting lists, sorted, with the lower body first in each.
+/// \param bodies  number of bodies
 std::vector<std::array<Index, 2>> sorted_pairs(std::vector<std::array<Index, 2>> pairs, Index bodies) {
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     auto& [a, b] = pairs[i];

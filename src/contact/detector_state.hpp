@@ -38,7 +38,7 @@ struct Detector::State {
     std::vector<std::uint8_t> tets;
     std::vector<std::uint8_t> triangles;
   };
-  /// Further data of a held detection: its results, and the state that the next one depends on.
+  /// Further data of a held detection: its results, and the state that the next detection depends on.
   struct Held {
     bool active = false;
     bool has_lists = false;  ///< border edges and crossings are stored here, since another detection began
@@ -50,7 +50,7 @@ struct Detector::State {
     std::uint64_t step = 0;
     double fraction = 1.0;
     Waiting waiting;      ///< State::waiting
-    Waiting waiting_now;  ///< of the queues
+    Waiting waiting_now;  ///< state of the queues
     std::vector<std::uint8_t> late_bodies;
   };
 
@@ -60,14 +60,15 @@ struct Detector::State {
   [[nodiscard]] bool clustered() const {
     return cluster_query != nullptr && FixedPositions::represents(lattice);
   }
-  /// Whether it uses data of earlier frames where possible.
+  /// Whether this detection uses data of earlier frames where possible.
   [[nodiscard]] bool coherent() const { return settings.coherence && !budget && clustered(); }
   [[nodiscard]] PairFilter may_touch() const {
     return {immovable, settings.self_collision, settings.ignored_pairs};
   }
   [[nodiscard]] std::vector<std::uint8_t> marks_of_immovable() const;
 
-  /// For the update of the grid: the calling thread alone where waking another takes longer than the loops.
+  /// The threads for the update of the grid: the calling thread alone if waking another takes longer than the
+  /// loops.
   [[nodiscard]] const parallel::Threads& grid_threads() const {
     constexpr std::size_t points_worth_sharing = 30000;
     return in_a_tet.size() < points_worth_sharing ? one_thread : threads;
@@ -79,7 +80,7 @@ struct Detector::State {
   /// The allowance of this detection; null: no limit.
   [[nodiscard]] Allowance* limit() { return budget && clustered() ? budget->allowance() : nullptr; }
   void begin_budget(double fraction_of_budget);
-  /// Whether planes are cached: with a budget in time.
+  /// Whether planes are cached, which is so with a budget in time.
   [[nodiscard]] bool caches_planes() const { return budget && settings.budget->milliseconds; }
   void choose_planes(std::span<const Vec3> positions);
   void find_edge_contacts(std::span<const Vec3> positions);
@@ -100,12 +101,12 @@ struct Detector::State {
   std::vector<std::uint8_t> in_a_tet;   ///< per point; unreferenced points are left out
   parallel::Threads threads;
   parallel::Threads one_thread{1};
-  CellSizeChoice cell_size;  ///< made at the first detection
+  CellSizeChoice cell_size;  ///< chosen at the first detection
   std::uint64_t step = 0;    ///< detections so far
 
   Lattice lattice;
   bool new_domain = true;
-  bool other_domain = false;  ///< the lattice is not that of the last detection
+  bool other_domain = false;  ///< the lattice differs from that of the last detection
   std::vector<Box> box_scratch;
   std::vector<std::uint64_t> cell_of_point;  ///< cell index of each point at the last detection
   std::vector<double> mover_scratch;
@@ -115,11 +116,11 @@ struct Detector::State {
   PointsInTets points_in_tets;
   std::unique_ptr<ClusterQuery> cluster_query;  ///< for the compact grid
   std::unique_ptr<FixedPositions> fixed;        ///< with cluster_query
-  bool skips_coherence = false;                 ///< in this detection
+  bool skips_coherence = false;                 ///< this detection does not use coherence
   bool skipped_grid = false;                    ///< the last detection used no grid
   std::unique_ptr<DetectionBudget> budget;      ///< null: no limit
-  Allowance* crossings_limit = nullptr;         ///< of the budget; null: no limit
-  Waiting waiting;                              ///< before the last detection
+  Allowance* crossings_limit = nullptr;         ///< part of the budget for crossings; null: no limit
+  Waiting waiting;                              ///< state of the queues before the last detection
   double fraction = 1.0;                        ///< fraction of the budget in the last detection
   PlaneCache plane_cache;                       ///< with a budget in time
   QueryTally points_tally;

@@ -8,23 +8,24 @@
 
 namespace palpate {
 
-/// Access for a Simulation beyond the public interface: the table, for states of contacts, and the restore
+/// Access for a Simulation beyond the public interface: the table, for states of contacts; and the way back
 /// after a failed step.
 class DetectorSteps {
  public:
   /// The table of the last detection.
   [[nodiscard]] static ContactTable& table(Detector& detector);
   [[nodiscard]] static const ContactTable& table(const Detector& detector);
-  /// The pairs that may touch by its settings. Valid as long as the detector.
+  /// The filter of pairs of bodies that may touch, by the settings. Valid as long as the detector.
   [[nodiscard]] static PairFilter may_touch(const Detector& detector);
-  /// Clusters of the surfaces of its bodies; valid as long as the detector. Null without edge contacts.
+  /// Clusters of the surfaces of all bodies; valid as long as the detector. Null without edge contacts.
   [[nodiscard]] static const SurfaceNormals* normals(const Detector& detector);
-  /// Holds the results of the last detection during further ones, and the state that the next one depends on.
-  /// O(clusters) with a budget, else O(1).
+  /// Holds the results of the last detection during further ones, and the state that the next detection
+  /// depends on. O(clusters) with a budget, else O(1).
   static void hold(Detector& detector);
-  /// After hold(): restores the held results as those of the last detection. It makes no detection, since
-  /// approximate mode and budgets could find others. The next detection then gives the same result as without
-  /// those between. Counts of movers are from the last detection made. No effect where nothing is held.
+  /// After hold(): makes the held results those of the last detection again. No detection is made, since
+  /// approximate mode and budgets could find other contacts. The next detection then gives the same result as
+  /// without those in between. Counts of movers remain those of the last detection that was made. No effect
+  /// if nothing is held.
   static void swap_back(Detector& detector);
   /// Discards the held results.
   static void release(Detector& detector);

@@ -4,14 +4,14 @@
 
 #include <palpate/mesh.hpp>
 
-/// Self-contact: distinguishes tets that are near each other because they are neighbours, and because the
-/// body is folded onto itself.
+/// Self-contact: tells whether two tets are near each other because they are neighbours, or because the body
+/// is folded onto itself.
 namespace palpate {
 
 /// Whether a point is in a tet of its own body only because tissue there is inverted or flat: a tet without
-/// positive volume has a common corner with the tet, and with the point or one of its neighbours. Elastic
-/// forces undo that; a force towards the surface would pull the point through the body. Exact. O(tets at the
-/// tet's corners).
+/// positive volume shares a corner with the tet, and it has the point or one of the point's neighbours as a
+/// corner. Elastic forces undo that; a force towards the surface would pull the point through the body.
+/// Exact. O(tets at the tet's corners).
 bool is_fold(const Bodies& bodies, std::span<const Vec3> positions, Index point, Index tet);
 
 /// Whether two points of an edge, each in a tet of their own body, are in the same layer of it: the tets

@@ -13,7 +13,7 @@ using simd::ClusterBox;
 namespace {
 
 constexpr std::size_t points_in_a_piece = 2048;
-/// With more boxes of fast bodies than this, one box is used for all.
+/// If there are more boxes of fast bodies than this, one box is used for all.
 constexpr std::size_t most_fast_boxes = 16;
 
 /// Allowed motion of points, as a fraction of a cell: 1 / 32. A larger one makes longer lists, a smaller one
@@ -92,7 +92,7 @@ void NearLists::list_chunk(const LookupContext& context, std::size_t begin, std:
       ++begin_[begin + first + hit.cluster + 1];
     }
   };
-  // A point that is in a cluster's box later was no further from it than the motions of both.
+  // A point that enters the cluster's box later is now no further from it than both can move.
   ClusterLookup lookup(context, 2 * max_motion_, finish);
   lookup.run(std::span(context.clusters.clusters).subspan(begin, end - begin));
 }
@@ -135,7 +135,7 @@ void NearLists::find_fast_bodies(const parallel::Threads& threads, const Bodies&
 void NearLists::mark_stale(std::span<const Cluster> clusters) {
   stale_.clear();
   for (std::size_t c = 0; c < clusters.size(); ++c) {
-    // The box contains all places where the cluster can be now.
+    // The box contains all places where the cluster can be at present.
     const bool is_stale =
         at(is_fast_, clusters[c].body) != 0 ||
         std::any_of(fast_.begin(), fast_.end(), [&](const ClusterBox& f) { return meet(f, boxes_[c]); });

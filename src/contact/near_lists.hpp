@@ -26,7 +26,7 @@ class NearLists {
   /// bodies).
   void update(const parallel::Threads& threads, const Bodies& bodies, const Clusters& clusters,
               const FixedPositions& fixed);
-  /// By the last update(); after make() there are none.
+  /// Clusters that are stale by the last update(); none after make().
   [[nodiscard]] std::span<const Cluster> stale() const { return stale_; }
   /// Clusters with a valid list that is not empty; ascending.
   [[nodiscard]] std::span<const std::uint32_t> asked() const { return asked_; }
@@ -44,7 +44,7 @@ class NearLists {
   [[nodiscard]] std::size_t bytes() const;
 
  private:
-  /// A few points of one body: the work of one chunk.
+  /// Some points of one body: the work of one chunk.
   struct Piece {
     Range points;
     Index body;
@@ -58,7 +58,7 @@ class NearLists {
   std::size_t clusters_;
   std::vector<Piece> pieces_;
   std::vector<std::int32_t> motion_of_piece_;
-  std::int32_t max_motion_ = 0;              ///< allowed motion of points, in fractions of a cell
+  std::int32_t max_motion_ = 0;  ///< allowed motion of points, in fractions of a cell (fixed-point)
   std::vector<simd::FixedPoint> reference_;  ///< (n_points)
   std::vector<simd::ClusterBox> boxes_;      ///< (n_clusters)
   std::vector<std::uint32_t> begin_;         ///< (n_clusters + 1) into points_
@@ -69,7 +69,7 @@ class NearLists {
   std::vector<Cluster> stale_;
   std::vector<std::uint8_t> is_stale_;  ///< (n_clusters)
   std::vector<std::uint8_t> is_fast_;   ///< (n_bodies)
-  /// Boxes of the present points of fast bodies; one box for all if there are many such bodies.
+  /// Boxes around the present points of fast bodies; one box for all of them if there are many.
   std::vector<simd::ClusterBox> fast_;
 };
 

@@ -52,7 +52,7 @@ bool is_nearer(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c, const
   };
   if (is_left_of(a, b) && is_left_of(b, c) && is_left_of(c, a) && squared_length(normal) > 0.0) return true;
   const double r2 = radius * radius;
-  // The other end is tested with the next side.
+  // The other end is an end of the next side, and tested there.
   const auto is_near = [&](const Vec3& from, const Vec3& to) {
     const double l2 = squared_length(to - from);
     const double along = dot(p - from, to - from);
@@ -64,7 +64,7 @@ bool is_nearer(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c, const
 
 namespace {
 
-constexpr std::size_t few = 32;  // up to which a linear search is faster than a table
+constexpr std::size_t few = 32;  // with fewer tets, a linear search is faster than a table
 
 std::size_t place_of(Index tet) {
   return static_cast<std::size_t>(tet) * 0x9E3779B97F4A7C15ULL >> 32;
@@ -125,8 +125,8 @@ SurfacePoint ExitSearch::nearest(const Bodies& bodies, std::span<const Vec3> pos
 
 namespace {
 
-// Range of the cosine between a direction and the normal of a side.
-constexpr double along = 0.75;  // of two faces at a right angle never both
+// Limits of the cosine between a direction and the normal of a side.
+constexpr double along = 0.75;  // two faces at a right angle cannot both be above it
 constexpr double against = -0.3;
 
 }  // namespace
@@ -146,7 +146,7 @@ double ExitSearch::distance_to_side(const Bodies& bodies, std::span<const Vec3> 
 
 bool ExitSearch::stays_clear(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
                              const Vec3& direction, double radius, double moved, double turned) {
-  constexpr double sliver = 1e-12;  // squared sine of an angle, below which a normal is too inexact
+  constexpr double sliver = 1e-12;  // squared sine of an angle below which a normal is too inexact
   start(tet);
   std::size_t next = 0;
   while (next < reached_.size()) {
@@ -183,7 +183,7 @@ bool ExitSearch::stays_clear(const Bodies& bodies, std::span<const Vec3> positio
 
 ExitAhead exit_ahead(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
                      const Vec3& direction, double most) {
-  constexpr int most_tets = 256;  // limit for a walk that became a loop by rounding
+  constexpr int most_tets = 256;  // limit for a walk that rounding has made a loop
   for (int i = 0; i < most_tets; ++i) {
     const Tet& corners = at(bodies.tets(), tet);
     double exit = std::numeric_limits<double>::infinity();
@@ -226,7 +226,7 @@ SurfacePoint nearest_surface_point(const Bodies& bodies, std::span<const Vec3> p
     const std::array<Vec3, 3> triangle{at(positions, corners[0]), at(positions, corners[1]),
                                        at(positions, corners[2])};
     const Vec3 normal = normalized(cross(triangle[1] - triangle[0], triangle[2] - triangle[0]));
-    if (normal == Vec3{}) continue;  // without area: its edges belong to its neighbours too
+    if (normal == Vec3{}) continue;  // without area: its edges belong to neighbouring faces, too
     const Vec3 q = nearest_on_triangle(p, triangle);
     const double distance = length(q - p);
     if (distance >= best.distance) continue;

@@ -18,7 +18,7 @@ struct SurfacePoint {
   Vec3 position;
   Vec3 outward;  ///< unit vector from the given point to it; the triangle's normal where both are the same
   double distance = 0.0;
-  Index tet = -1;  ///< with the face that it is on; -1: not known
+  Index tet = -1;  ///< with the face that contains the point; -1: not known
 };
 
 /// Outward unit normal of a face of a tet; zero where it has no area.
@@ -29,16 +29,17 @@ Vec3 face_normal(const Bodies& bodies, std::span<const Vec3> positions, Index te
 Vec3 nearest_on_triangle(const Vec3& p, const std::array<Vec3, 3>& triangle);
 
 /// Whether a triangle with this normal has a point nearer than `radius`; its plane must be within `radius`.
-/// Equal to the result of nearest_on_triangle() up to rounding, without a division or a root.
+/// Agrees with nearest_on_triangle() up to rounding, but needs neither a division nor a root.
 bool is_nearer(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& normal, double radius);
 
-/// Finds near surface points of a body by walking from tet to tet, from the tet that contains the point,
-/// through all faces that are near enough. Keeps its memory between searches; one for each thread.
+/// Finds surface points of a body near a given point. Walks from tet to tet, starting at the tet that
+/// contains the point, through all faces that are near enough. Keeps its memory between searches; use one
+/// object for each thread.
 ///
-/// Where the tets of a body do not overlap the nearest point found is that of its whole surface: the straight
-/// path to it stays in the body. Where they do (tissue folded onto itself) it is the nearest exit of the
-/// layer that contains the point, and not the surface of another layer nearby. For self-contact the tets and
-/// triangles at the searching point itself (`without`, else -1) are left out.
+/// If the tets of a body do not overlap, the nearest point found is that of its whole surface, because the
+/// straight path to it stays in the body. If they do (tissue folded onto itself), it is the nearest exit of
+/// the layer that contains the point, and not the surface of another layer nearby. In self-contact, the tets
+/// and triangles at the searching point itself (`without`, else -1) are left out.
 class ExitSearch {
  public:
   /// Reserves memory for a search near a surface, so that later steps allocate none.
@@ -53,9 +54,9 @@ class ExitSearch {
   SurfacePoint nearest(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
                        Index without, double radius, double enough);
 
-  /// The nearest point of the surface faces for which wanted(normal) holds, a normal of any length, within
-  /// `radius`, with the unit normal of its face as `outward`; zero where there is none. O(tets nearer than
-  /// the result).
+  /// The nearest point of those surface faces for which wanted(normal) holds, within `radius`. Its `outward`
+  /// is the unit normal of the face; zero if there is no such face. `normal` has any length. O(tets nearer
+  /// than the result).
   template <class Wanted>
   SurfacePoint nearest_of(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
                           double radius, Wanted&& wanted) {
@@ -68,14 +69,15 @@ class ExitSearch {
     return best;
   }
 
-  /// Distance of p, a point in `tet`, to the nearest side: a surface triangle whose normal is neither along
-  /// `direction` (cosine over 0.75) nor against it (under -0.3). `radius` where none is nearer. O(tets nearer
-  /// than the result).
+  /// Distance of p, a point in `tet`, to the nearest side: a surface triangle whose normal is neither close
+  /// to `direction` (cosine above 0.75) nor against it (below -0.3). `radius` if none is nearer. O(tets
+  /// nearer than the result).
   double distance_to_side(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
                           const Vec3& direction, double radius);
 
-  /// Whether distance_to_side() would find none within `radius` also after each corner has moved by `moved`,
-  /// and `direction` has changed by `turned`. False where it is not certain. O(tets within the radius).
+  /// Whether distance_to_side() would still find none within `radius` after each corner has moved by up to
+  /// `moved` and `direction` has changed by up to `turned`. False if this is not certain. O(tets within the
+  /// radius).
   [[nodiscard]] bool stays_clear(const Bodies& bodies, std::span<const Vec3> positions, Index tet,
                                  const Vec3& p, const Vec3& direction, double radius, double moved,
                                  double turned);
@@ -90,7 +92,7 @@ class ExitSearch {
   }
 
  private:
-  /// Only surface faces with wanted(normal) are used; the normal has the length of twice the area.
+  /// Uses only surface faces for which wanted(normal) holds; the length of the normal is twice the area.
   template <class Radius, class Wanted, class Found>
   void walk(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p, Index without,
             Radius&& radius, Wanted&& wanted, Found&& found);
@@ -105,7 +107,8 @@ class ExitSearch {
   void grow();
 
   std::vector<Index> reached_;
-  std::vector<Index> table_;  ///< of reached tets once they are many: open addressing, -1: free
+  std::vector<Index>
+      table_;  ///< hash table (open addressing) of the reached tets, used once they are many; -1: free
 };
 
 template <class Radius, class Wanted, class Found>
@@ -127,7 +130,7 @@ void ExitSearch::walk(const Bodies& bodies, std::span<const Vec3> positions, Ind
       const Vec3& b = at(positions, corners[j]);
       const Vec3& c = at(positions, corners[k]);
       const Vec3 normal = cross(b - a, c - a);
-      const double to_plane = dot(a - p, normal);  // distance of the plane, a cheap lower bound
+      const double to_plane = dot(a - p, normal);  // distance to the plane: a cheap lower bound
       const bool flat = normal == Vec3{};
       if (to_plane * to_plane >= radius() * radius() * squared_length(normal) && !flat) continue;
       if (neighbor >= 0) {
@@ -145,23 +148,23 @@ void ExitSearch::walk(const Bodies& bodies, std::span<const Vec3> positions, Ind
 
 /// The end of a straight walk in a body.
 struct ExitAhead {
-  Index tet = -1;            ///< that it ends in, or leaves the body from; -1: the walk is lost
-  std::size_t opposite = 4;  ///< corner opposite the face that it leaves by; 4: it ends inside
+  Index tet = -1;            ///< tet in which it ends, or from which it leaves the body; -1: the walk is lost
+  std::size_t opposite = 4;  ///< corner opposite the face through which it leaves; 4: it ends inside
   double distance = 0.0;     ///< m
   [[nodiscard]] bool leaves() const { return opposite < 4; }
 };
-/// Follows the straight line from p, a point in `tet`, along the unit vector `direction` for `most` or until
-/// it leaves the body. O(tets on the line).
+/// Follows the straight line from p, a point in `tet`, along the unit vector `direction`, over the length
+/// `most` or until it leaves the body. O(tets on the line).
 ExitAhead exit_ahead(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
                      const Vec3& direction, double most);
-/// Distance to the surface on the straight line from p, a point in `tet`, along the unit vector `direction`:
-/// an upper bound of the distance to the nearest surface point. Infinite where the walk is lost. O(tets on
-/// the line).
+/// Distance to the surface along the straight line from p, a point in `tet`, in the unit direction
+/// `direction`: an upper bound of the distance to the nearest surface point. Infinite if the walk is lost.
+/// O(tets on the line).
 double surface_ahead(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
                      const Vec3& direction);
 
-/// Nearest surface point of a whole body, without triangles at the point `without`; distance infinite where
-/// there is none. O(triangles of the body).
+/// Nearest surface point of a whole body, without the triangles at the point `without`. The distance is
+/// infinite if there is none. O(triangles of the body).
 SurfacePoint nearest_surface_point(const Bodies& bodies, std::span<const Vec3> positions, Index body,
                                    const Vec3& p, Index without = -1);
 

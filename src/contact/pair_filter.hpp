@@ -11,13 +11,14 @@
 
 namespace palpate {
 
-/// The pairs of a point and a tet that can touch: those of two bodies that are not ignored and of which at
-/// least one can move, and those of one movable body with self-collision, where the point is no corner of the
+/// Which pairs of a point and a tet may touch: pairs of two bodies that are not ignored and of which at least
+/// one can move; and pairs within one movable body with self-collision, if the point is not a corner of the
 /// tet.
 struct PairFilter {
-  std::span<const std::uint8_t> immovable;                   ///< per body
-  std::span<const std::uint8_t> self_collision;              ///< per body
-  std::span<const std::array<Index, 2>> ignored_pairs = {};  ///< ascending, the lower body first in each
+  std::span<const std::uint8_t> immovable;       ///< per body
+  std::span<const std::uint8_t> self_collision;  ///< per body
+  std::span<const std::array<Index, 2>> ignored_pairs =
+      {};  ///< ascending, with the lower body first in each pair
 
   /// Whether contacts of these two different bodies are ignored. O(log ignored_pairs).
   [[nodiscard]] bool ignores(Index a, Index b) const {

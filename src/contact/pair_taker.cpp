@@ -10,7 +10,7 @@ namespace palpate {
 bool PairTaker::take(const Cluster& cluster, Index point, std::uint32_t primitives) {
   const Bodies& bodies = context_.bodies;
   const PairFilter& may_touch = context_.may_touch;
-  // Points of its own body are no candidates, except with self-collision.
+  // Points of the tet's own body are no candidates, except with self-collision.
   const bool own = at(may_touch.self_collision, cluster.body) != 0 &&
                    at(bodies.bodies(), cluster.body).points.contains(point);
   if (!own && !may_touch.ignored_pairs.empty() &&

@@ -14,28 +14,28 @@
 
 namespace palpate {
 
-/// The input of the evaluation of hits.
+/// Input of the evaluation of hits.
 struct PairContext {
   const Clusters& clusters;
   const Bodies& bodies;
   std::span<const Vec3> positions;
   const PairFilter& may_touch;
-  std::span<const std::uint8_t> upright;  ///< (n_bodies) 1: no tet of a body is folded
+  std::span<const std::uint8_t> upright;  ///< (n_bodies) 1: no tet of the body is folded
 };
 
-/// Evaluates the hits of blocks: certain pairs are found, others go to the exact predicate; ignored bodies
-/// and folds are left out.
+/// Evaluates the hits of blocks of the filter. Certain pairs are contacts; others go to the exact predicate.
+/// Ignored bodies and folds are left out.
 class PairTaker {
  public:
   PairTaker(const PairContext& context, std::vector<PointInTet>& found) : context_(context), found_(found) {}
 
-  /// Returns whether a pair is found.
+  /// Whether a pair is a contact.
   bool take(const Cluster& cluster, Index point, std::uint32_t primitives);
   QueryTally& tally() { return tally_; }
 
  private:
   [[nodiscard]] bool is_inside(const PointInTet& pair) const;
-  /// For a point of the tet's own body.
+  /// The same for a point of the tet's own body.
   bool is_folded(const PointInTet& pair, Index body);
 
   const PairContext& context_;

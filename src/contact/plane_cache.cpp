@@ -10,12 +10,12 @@ namespace palpate {
 namespace {
 
 constexpr std::size_t grain = 256;
-/// Largest distance of a point from its old place, over an edge of the tet: further away it may be beside
-/// another part of the surface.
+/// A cached plane is not used if the point has moved further than this, relative to an edge of the tet: it
+/// may then be beside another part of the surface.
 constexpr double furthest = 0.5;
 /// Largest ratio by which the thickness of a tet along the direction may change.
 constexpr double most_strain = 4.0;
-/// Factor of age in the region of interest.
+/// Factor by which planes age faster in the region of interest.
 constexpr std::size_t interest = 4;
 
 /// The edges from the first corner of a tet.
@@ -31,9 +31,9 @@ void PlaneCache::choose_none() {
   spared_ = 0;
 }
 
-/// The cached plane at present, relative to the point; false: no longer valid. Points of the tissue keep
-/// their product with the plane's covector, which has the same products with the edges as the direction had
-/// then.
+/// Computes the cached plane at its present position, relative to the point. Returns false if it is no longer
+/// valid. The plane's covector keeps its products with the edges of the tet, so the products of the plane
+/// with points of the tissue stay the same.
 bool PlaneCache::follow(const CachedPlanes& planes, std::size_t row, Index point, const Bodies& bodies,
                         std::span<const Vec3> positions, PenetrationPlane& plane) {
   if (planes.tet[row] < 0) return false;
@@ -55,14 +55,14 @@ bool PlaneCache::follow(const CachedPlanes& planes, std::size_t row, Index point
   return std::isfinite(plane.depth);
 }
 
-/// Of the contacts without a cached plane, `most` compute theirs, at equal intervals in their order, so that
-/// each region has some. Returns their number.
+/// Chooses `most` of the contacts without a cached plane, at equal intervals in their order, so that each
+/// region has some; they compute their plane. Returns their number.
 std::size_t PlaneCache::choose_unknown(std::size_t most, std::size_t unknown) {
   if (most >= unknown) {
     std::ranges::replace(sources_, std::uint8_t{neighbors}, std::uint8_t{compute});
     return unknown;
   }
-  // The choice changes from detection to detection.
+  // The choice differs from detection to detection.
   std::size_t passed = rounds_ * most % unknown;
   for (std::uint8_t& source : sources_) {
     if (source != neighbors) continue;
@@ -74,14 +74,14 @@ std::size_t PlaneCache::choose_unknown(std::size_t most, std::size_t unknown) {
   return most;
 }
 
-/// Of the contacts with a cached plane, the most urgent compute theirs.
+/// Chooses the most urgent contacts with a cached plane; they compute their plane.
 void PlaneCache::choose_most_urgent(std::size_t most) {
   std::array<std::size_t, CachedPlanes::oldest + 1> count{};
   for (std::size_t c = 0; c < sources_.size(); ++c)
     if (sources_[c] == cached) ++count[urgency_[c]];
   std::size_t least = count.size();
   while (least > 0 && count[least - 1] <= most) most -= count[--least];
-  // All with urgency `least` or more, and some of the next lower urgency.
+  // All with urgency `least` or more, and some with the next lower urgency.
   for (std::size_t c = 0; c < sources_.size(); ++c) {
     if (sources_[c] != cached || urgency_[c] + 1U < least) continue;
     if (urgency_[c] < least && most == 0) continue;

@@ -16,7 +16,7 @@
 
 namespace palpate {
 
-/// The exit of a contact from the penetrated body: by `depth` along `direction`.
+/// The exit of a contact from the penetrated body: a displacement of `depth` along `direction`.
 struct PenetrationPlane {
   double depth = 0.0;
   Vec3 direction;  ///< unit vector
@@ -33,21 +33,22 @@ struct PenetrationPlane {
 /// the planes of their neighbours.
 class PlaneCache {
  public:
-  /// The plane of a contact: it was computed; there was time only for a propagated one; it is the cached one;
-  /// or there is no own plane.
+  /// How a contact got its plane: it was computed; only a propagated one was possible in time; it is the
+  /// cached one; or there is none.
   enum class Outcome : std::uint8_t { computed, propagated, cached, none };
 
   /// Source of the plane of a contact in a detection.
   enum Source : std::uint8_t { compute, cached, neighbors };
 
-  /// Chooses the source of each contact's plane, so that `most` compute their plane: contacts without a
-  /// cached plane (all, or a uniform sample), and of the others the oldest, at least a quarter of `most`. In
-  /// the region of interest planes age four times as fast. O(contacts), parallel.
+  /// Chooses the source of each contact's plane, so that about `most` contacts compute theirs: first contacts
+  /// without a cached plane (all of them, or a uniform sample); then the contacts with the oldest planes, at
+  /// least a quarter of `most`. In the region of interest planes age four times as fast. O(contacts),
+  /// parallel.
   /// \param last  the table with which `table` was matched
   void choose(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
               const ContactTable& table, const ContactTable& last, std::size_t most,
               const std::optional<InterestRegion>& region = {});
-  /// All contacts compute their plane.
+  /// Lets all contacts compute their plane.
   void choose_none();
   /// (n_contacts) a Source. Empty: all compute their plane.
   [[nodiscard]] std::span<const std::uint8_t> sources() const { return sources_; }
@@ -61,8 +62,8 @@ class PlaneCache {
     return sources_.empty() || planes_[contact].direction == Vec3{} ? nullptr : &planes_[contact];
   }
 
-  /// Stores the planes of a table after its depths, with their outcome(contact). Call after choose() or
-  /// choose_none() of this detection.
+  /// Stores the planes of a table after its depths were computed. outcome(contact) returns how each was
+  /// obtained. Call after choose() or choose_none() of this detection.
   template <class Outcomes>
   void update(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
               ContactTable& table, const ContactTable& last, Outcomes&& outcome) const {
@@ -90,11 +91,11 @@ class PlaneCache {
   std::size_t choose_unknown(std::size_t most, std::size_t unknown);
   void choose_most_urgent(std::size_t most);
 
-  std::vector<PenetrationPlane> planes_;  ///< (n_contacts) with a zero direction: none
+  std::vector<PenetrationPlane> planes_;  ///< (n_contacts); a zero direction means none
   std::vector<std::uint8_t> sources_;
-  std::vector<std::uint8_t> urgency_;  ///< (n_contacts) of contacts with a cached plane
+  std::vector<std::uint8_t> urgency_;  ///< (n_contacts) urgency of contacts with a cached plane
   std::size_t spared_ = 0;
-  std::size_t rounds_ = 0;  ///< choices so far
+  std::size_t rounds_ = 0;  ///< number of choices so far
 };
 
 }  // namespace palpate

@@ -28,7 +28,7 @@ bool PlaneSystem::beyond(const Node& node, const Plane& change, double tolerance
          std::abs(change[0] - dot(node.place, normal)) > tolerance * node.length;
 }
 
-/// The first search direction: the change by one sweep of averages.
+/// The first search direction: the change that one sweep of averaging would make.
 template <std::size_t components>
 void PlaneSystem::start(const parallel::Threads& threads, double tolerance) {
   parallel::for_chunks(threads, nodes.size(), grain,

@@ -31,7 +31,7 @@ class PlaneSystem {
   };
   struct Node {
     double diagonal = 1.0;  ///< sum of all weights; 1 where the node is left out
-    Plane residual{};       ///< right-hand side minus left-hand side at the first guess
+    Plane residual{};       ///< right side minus left side at the first guess
     Vec3 place;             ///< position relative to the origin of its planes
     double length = 0.0;    ///< a typical distance to its neighbours
     Index begin = 0;        ///< links are links[begin, end)
@@ -41,19 +41,19 @@ class PlaneSystem {
   std::vector<Node> nodes;
   std::vector<Link> links;
 
-  /// Corrections of the first guess, valid until the next solve. Ends when one more sweep of averages would
+  /// Corrections of the first guess, valid until the next solve. Ends when one more sweep of averaging would
   /// rotate no normal by more than `tolerance` (radians) and change no depth by more than `tolerance` times
-  /// the node's length, after `most` iterations, or at the deadline. Returns the iterations done. Parallel;
-  /// without a deadline the same bits for every thread count.
+  /// the node's length; or after `most` iterations; or at the deadline. Returns the number of iterations.
+  /// Parallel; without a deadline the same bits for every thread count.
   int solve(const parallel::Threads& threads, double tolerance, int most, const Deadline& deadline);
-  /// The same where all normals of the residuals are zero, and so those of the corrections.
+  /// The same if all normals of the residuals are zero, so that those of the corrections are zero, too.
   int solve_offsets(const parallel::Threads& threads, double tolerance, int most, const Deadline& deadline);
   [[nodiscard]] std::span<const Plane> corrections() const { return corrections_; }
 
  private:
   struct Sums {
     Plane sums{};
-    bool far = false;  ///< a node is above the tolerance
+    bool far = false;  ///< some node is above the tolerance
   };
   [[nodiscard]] Sums total() const;
   template <std::size_t components>

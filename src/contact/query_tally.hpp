@@ -6,14 +6,14 @@
 
 namespace palpate {
 
-/// Counts of a query: by each chunk separately, then added up.
+/// Counts of a query. Each chunk counts separately; then the counts are added up.
 struct QueryTally {
   std::size_t candidates = 0;               ///< pairs tested
   std::size_t approximated_primitives = 0;  ///< primitives that cover more cells than they have slots
   std::size_t dropped_cells = 0;
   std::size_t folded_pairs = 0;  ///< points in tets of their own body because of inverted tissue
 
-  /// Counts a primitive with `left_out` cells left out.
+  /// Counts a primitive of which `left_out` cells got no slot.
   void add_footprint(std::uint64_t left_out) {
     approximated_primitives += left_out > 0 ? 1 : 0;
     dropped_cells += left_out;

@@ -9,7 +9,7 @@
 
 namespace palpate {
 
-/// Recent cost of an operation, as a forecast that is seldom too low: the third highest of the last 32, but
+/// Forecast of the cost of an operation that is seldom too low: the third highest of the last 32 costs, but
 /// at most 1.5 times their median.
 class RecentCost {
  public:

@@ -10,8 +10,8 @@
 namespace palpate {
 namespace {
 
-/// Fraction of the distance to the centre of its tet by which a point is moved before a walk, so that a point
-/// on the surface does not walk along it.
+/// Before a walk, a point is moved towards the centre of its tet by this fraction of the distance, so that a
+/// point on the surface does not walk along it.
 constexpr double inwards = 1e-4;
 
 Vec3 moved_inwards(const RimEdgeSearch::Frame& frame, Index contact) {
@@ -40,7 +40,7 @@ bool RimEdgeSearch::find(const Frame& frame, Index c, Index edge, RimEdge& found
   return found.depth > 0.0 && found.depth <= frame.reach;
 }
 
-/// The exit over the silhouette of the face through which the edge leaves.
+/// Computes the exit over the silhouette of the face through which the edge leaves.
 bool RimEdgeSearch::find_border(const Frame& frame, Index c, const EdgeLine& line, RimEdge& found) {
   const Contacts& contacts = frame.table.contacts();
   const Edge& ends = at(frame.bodies.edges(), found.edge);
@@ -61,7 +61,8 @@ bool RimEdgeSearch::find_border(const Frame& frame, Index c, const EdgeLine& lin
   return exit.direction != Vec3{} && line.allowance(exit.direction) == 0.0;
 }
 
-/// The exit through the nearest face that its own body can pass, as seen from the midpoint of the edge.
+/// Computes the exit through the nearest face through which the edge's own body can leave, as seen from the
+/// midpoint of the edge.
 bool RimEdgeSearch::find_link(const Frame& frame, const EdgeLine& line, RimEdge& found) {
   const Contacts& contacts = frame.table.contacts();
   const Vec3 from = moved_inwards(frame, found.contacts[0]);
@@ -80,7 +81,7 @@ bool RimEdgeSearch::find_link(const Frame& frame, const EdgeLine& line, RimEdge&
       });
   if (face.outward == Vec3{}) return false;
   found.direction = across(face.outward);
-  // Distance from the edge itself, which is not exactly on the walk.
+  // Use the distance from the edge itself, which is not exactly on the walk.
   const Vec3 on_edge = 0.5 * (at(frame.positions, at(contacts.point, found.contacts[0])) +
                               at(frame.positions, at(contacts.point, found.contacts[1])));
   found.depth = dot(face.position - on_edge, face.outward) / dot(found.direction, face.outward);

@@ -14,30 +14,30 @@ namespace palpate {
 /// A surface edge with an end in contact near a rim of the body.
 struct RimEdge {
   Index edge = -1;
-  std::array<Index, 2> contacts{-1, -1};  ///< of its ends with the body; -1: outside
+  std::array<Index, 2> contacts{-1, -1};  ///< contacts of its two ends with the body; -1: the end is outside
   /// Its crossing, if an end is outside: the triangle, and the parameter, 0 at the edge's first point.
   Index triangle = -1;
   double parameter = 0.0;
   double depth = 0.0;  ///< distance by which the edge must move to leave, m
-  Vec3 direction;      ///< unit; along it
+  Vec3 direction;      ///< unit vector along which it must move
 };
 
 /// Finds the exits of edges at rims (docs/edges.md). The plane of a point near a rim is not reliable: where
-/// faces lie flush, it is the plane of the side. The edges there determine the directions in which their own
-/// body can move. Keeps its memory between searches; one for each thread.
+/// faces lie flush, it is the plane of the side face. There, edges determine the directions in which their
+/// own body can move. Keeps its memory between searches; use one object for each thread.
 class RimEdgeSearch {
  public:
-  /// The input of searches.
+  /// Input of searches.
   struct Frame {
     const Bodies& bodies;
     std::span<const Vec3> positions;
     const ContactTable& table;
-    double reach = 0.0;  ///< m; deeper edges are left out
+    double reach = 0.0;  ///< m; edges deeper than this are left out
   };
 
-  /// A surface edge at the point of contact `c`; false where there is no exit in a direction in which its own
-  /// body can move, or the edge is not inside. O(tets along the edge + triangles, or tets, nearer than its
-  /// depth).
+  /// Finds the exit of a surface edge at the point of contact `c`. Returns false if no exit is in a direction
+  /// in which the edge's own body can move, or if the edge is not inside. O(tets along the edge + triangles,
+  /// or tets, nearer than its depth).
   bool find(const Frame& frame, Index c, Index edge, RimEdge& found);
 
  private:

@@ -10,15 +10,16 @@
 namespace palpate {
 namespace {
 
-/// Largest motion at rest over the reach; points at rest move by far less in a step.
+/// Largest motion of a body at rest, relative to the reach; in a step, points at rest move by far less.
 constexpr double most_moved = 1.0 / 32.0;
-/// Largest change of a contact's direction, as the length of a difference of unit vectors.
+/// Largest change of a contact's direction at rest, as the length of the difference of the unit vectors.
 constexpr double max_rotation = 1.0 / 64.0;
-/// Factor for rounding.
+/// Safety factor for rounding.
 constexpr double slack = 1.125;
 /// Steps after which a body counts as at rest.
 constexpr int a_while = 4;
-/// Contacts per point above which comparing all points pays.
+/// Positions of all points are compared only if there are more contacts per point than this; with fewer it
+/// does not pay.
 constexpr double few_contacts = 1.0 / 32.0;
 
 /// Mean over the tets of a body of the smallest height at rest.
@@ -64,7 +65,7 @@ void RimFalloff::begin(const parallel::Threads& threads, const Bodies& bodies,
     if (compares_) {
       compare(threads, at(bodies.bodies(), b).points, positions, at(moved_, b), rest);
     } else if (rest.steps > 0) {
-      rest = {rest.number + 1, 0};  // its motion meanwhile is not observed
+      rest = {rest.number + 1, 0};  // its motion in between was not observed
     }
   }
 }
@@ -111,7 +112,8 @@ double RimFalloff::scale(const Bodies& bodies, std::span<const Vec3> positions, 
                     cache.rest_of_point[c] == of_point.number && cache.rest_of_tet[c] == of_tet.number;
   const bool is_clear = same && cache.state[c] == RimCache::clear;
   if (is_clear && length(direction - cache.direction[c]) <= max_rotation) return 1.0;
-  // Twice the motion: from the cached position to the record, and from the record to now.
+  // The motion counts twice: from the cached position to the record, and from the record to the present
+  // position.
   const double by_tet = 2.0 * slack * at(moved_, body);
   const double by_point = 2.0 * slack * at(moved_, body_of_point);
   const bool rest =

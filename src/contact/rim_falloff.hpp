@@ -12,18 +12,21 @@
 
 namespace palpate {
 
-/// Distance from a side of a body at which the rim ends, m: a quarter of the mean edge at rest. O(edges).
+/// Width of the rim, m: the distance from a side at which the falloff ends, a quarter of the mean edge at
+/// rest. O(edges).
 [[nodiscard]] double rim_reach(const Bodies& bodies, Index body);
 
-/// Scale of a contact's stiffness near a rim of the body, a place where its surface turns away
-/// (ContactResponse says why): zero near it, one from some distance on.
+/// Scale of a contact's stiffness near a rim, where the surface of the body turns away (ContactResponse says
+/// why it is needed). It is zero near the rim and one from some distance on.
 ///
-/// Most contacts have no rim within reach, and the walk through the body to check that is most of the work of
-/// forces. So for bodies at rest the result is cached: a slightly longer walk found no surface that could
-/// become a side (RimCache). While no point of both bodies has moved by more than a fraction of that margin,
-/// no walk is needed. A rest period of a body lasts from one record of its positions to the next, which is
-/// made when a point has moved by `most_moved` of the reach. Longer walks are made only in bodies that have
-/// rested for some steps, so moving bodies have no extra cost.
+/// Most contacts have no rim within reach. The walk through the body that shows this is most of the work of
+/// contact forces. So for bodies at rest the result is cached: a slightly longer walk found no surface that
+/// could become a side (RimCache). While no point of both bodies has moved by more than a fraction of that
+/// margin, no walk is needed.
+///
+/// A rest period of a body lasts from one record of its positions to the next. A new record is made when a
+/// point has moved by `most_moved` of the reach. Longer walks are made only in bodies that have rested for
+/// some steps, so moving bodies have no extra cost.
 class RimFalloff {
  public:
   explicit RimFalloff(const Bodies& bodies);
@@ -35,12 +38,13 @@ class RimFalloff {
   /// half of the reach where that is less.
   [[nodiscard]] double inner(Index body) const { return rims_[static_cast<std::size_t>(body)].inner; }
 
-  /// Call once before the scales at new positions: finds which bodies have moved. O(points); does nothing
-  /// where contacts are few.
+  /// Call once for new positions, before the scales: finds which bodies have moved. O(points); does nothing
+  /// if contacts are few.
   void begin(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
              std::size_t contacts);
 
-  /// The scale, 0 to 1. Uses row c of the cache, or fills it. May be called from any thread.
+  /// The scale, 0 to 1. Uses row c of the cache if it is valid, otherwise fills it. May be called from any
+  /// thread.
   [[nodiscard]] double scale(const Bodies& bodies, std::span<const Vec3> positions, const Contacts& contacts,
                              std::size_t c, ExitSearch& search, RimCache& cache) const;
   /// The same for a point in `tet` that leaves the tet's body along `direction`, without the cache.
@@ -53,7 +57,7 @@ class RimFalloff {
     double inner = 0.0;
     double outer = 0.0;
   };
-  /// The rest period since the last record of a body's positions.
+  /// The rest period of a body: the time since the last record of its positions.
   struct Rest {
     std::uint32_t number = 0;
     int steps = 0;

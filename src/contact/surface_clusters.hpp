@@ -11,15 +11,15 @@
 
 namespace palpate {
 
-/// The surfaces of all bodies, in clusters of up to 16 triangles. Each surface point and edge belongs to one
-/// cluster: the first that has it as a corner or side. Constant, like the meshes.
+/// The surfaces of all bodies in clusters of up to 16 triangles. Each surface point and edge belongs to one
+/// cluster: the first one of which it is a corner or side. Constant, since meshes are.
 struct SurfaceClusters {
   explicit SurfaceClusters(const Bodies& bodies);
 
   Clusters clusters;              ///< of the surface triangles
   std::vector<Range> of_body;     ///< (n_bodies) clusters
   Rows points;                    ///< per cluster: its points, ascending
-  Rows edges;                     ///< per cluster: its edges, indices into Bodies::edges()
+  Rows edges;                     ///< per cluster: its edges, as indices into Bodies::edges()
   std::vector<double> thickness;  ///< per cluster: minimum height of the tets behind its triangles at rest, m
   std::vector<double> of_thinnest;  ///< (n_bodies) minimum of its clusters, m
 };

@@ -107,7 +107,7 @@ void SurfaceNormals::update(const parallel::Threads& threads, const Bodies& bodi
   });
 }
 
-/// Distance of a point of a triangle from the next crease, in heights of the triangle, at most 1.
+/// Distance of a point of a triangle from the nearest crease, in heights of the triangle; at most 1.
 double SurfaceNormals::from_crease(Index triangle, const std::array<double, 3>& w) const {
   const unsigned creases = at(creases_, triangle);
   double distance = 1.0;
@@ -118,8 +118,8 @@ double SurfaceNormals::from_crease(Index triangle, const std::array<double, 3>& 
   return distance;
 }
 
-/// \param area_of    area vector of a group
-/// \param normal_of  the same as a unit vector
+/// \param area_of    function: area vector of a group
+/// \param normal_of  function: its unit vector
 template <class AreaOfGroup, class NormalOfGroup>
 Vec3 SurfaceNormals::interpolated(const Bodies& bodies, std::span<const Vec3> positions, Index triangle,
                                   const Vec3& x, const AreaOfGroup& area_of,

@@ -42,11 +42,11 @@ class SurfaceNormals {
   void at_points(const Bodies& bodies, std::span<const Vec3> positions, std::span<const TrianglePoint> points,
                  std::span<Vec3> normals) const;
 
-  /// The same at given positions, without update(), with the same bits. O(triangles at the corners).
+  /// The same at given positions, without update() and with the same bits. O(triangles at the corners).
   [[nodiscard]] Vec3 at_point_now(const Bodies& bodies, std::span<const Vec3> positions, Index triangle,
                                   const Vec3& x) const;
 
-  /// Copies the corners of a triangle, and their normals, into a lane.
+  /// Copies the corners of a triangle and their normals into a SIMD lane.
   void put_corners(const Bodies& bodies, std::span<const Vec3> positions, Index triangle,
                    simd::TrianglePoints& points, std::size_t lane) const {
     for (std::size_t i = 0; i < 3; ++i) {
@@ -54,7 +54,7 @@ class SurfaceNormals {
       points.corner_normal[i].put(at(group_normals_, at(corner_groups_, triangle)[i]), lane);
     }
   }
-  /// Whether the interpolated normal of a lane is valid: near creases it is not.
+  /// Whether the interpolated normal of a lane can be used; near creases it cannot.
   [[nodiscard]] bool is_interpolated(Index triangle, const simd::TrianglePoints& points,
                                      std::size_t lane) const;
 
@@ -70,7 +70,7 @@ class SurfaceNormals {
   /// Bits 0-2: the edge opposite corner i is a crease; bits 3-5: corner i is an end of a crease.
   std::vector<std::uint8_t> creases_;  ///< (n_triangles)
   std::vector<std::array<Index, 3>>
-      across_;  ///< (n_triangles) triangle over the smooth edge opposite corner i
+      across_;  ///< (n_triangles) the triangle across the smooth edge opposite corner i
   std::vector<std::array<Index, 3>> corner_groups_;  ///< (n_triangles) group of each corner
   Rows groups_of_point_;                             ///< (n_points) groups, which are numbered by point
   Rows triangles_of_group_;

@@ -9,17 +9,17 @@ namespace palpate {
 namespace {
 
 constexpr int most_advances = 10000;
-/// After this number of advances, rotating directions are tried, too.
+/// After this number of advances, rotating directions are tried as well.
 constexpr int few_advances = 3;
 
 using EdgeCorners = std::array<std::size_t, 2>;
 
-/// A direction in which the two primitives may be nearest, and the two points at its ends.
+/// A candidate for the direction of smallest distance of the two primitives, with the points at its ends.
 struct Candidate {
   Vec3 direction;                   ///< unit, or zero: none
-  std::array<double, 3> weights{};  ///< of the two points
-  double distance = 0.0;            ///< of the two points
-  EdgeCorners first{};              ///< the direction is across these edges, if they differ
+  std::array<double, 3> weights{};  ///< barycentric weights, or parameters, of the two points
+  double distance = 0.0;            ///< distance of the two points
+  EdgeCorners first{};              ///< if the corners differ, the direction is orthogonal to these edges
   EdgeCorners second{};
 };
 
@@ -90,7 +90,7 @@ class Along {
     for (std::size_t i = 0; i < 4; ++i) along[i] = start_[i] + time * motion_[i];
     return separation<leading>(along);
   }
-  /// The time at which the first pair of corners is at distance `least`, or 1; up to rounding.
+  /// The time at which the first pair of corners comes to the distance `least`, or 1; up to rounding.
   [[nodiscard]] double time_of(double least) const {
     double time = 1.0;
     for (std::size_t i = 0; i < leading; ++i) {
@@ -122,7 +122,7 @@ Candidate from_difference(const Vec3& difference, const std::array<double, 3>& w
   return {.direction = direction, .weights = weights, .distance = distance, .first = edge};
 }
 
-/// A direction across both, oriented from the second to the first.
+/// A direction orthogonal to both edges, oriented from the second to the first.
 Candidate across(const Vec3& normal, const Vec3& difference, const std::array<double, 3>& weights,
                  const Vec3& between_places, const EdgeCorners& first, const EdgeCorners& second) {
   const Vec3 unit = normalized(normal);
@@ -198,7 +198,7 @@ struct EdgeEdge {
   }
 };
 
-/// The candidate with the largest separation, and that separation.
+/// The candidate with the largest separation; also returns that separation.
 template <class Pair>
 struct Best {
   Candidate candidate{};
@@ -214,7 +214,7 @@ struct Best {
   }
 };
 
-/// The next time up to which `along` is proved to separate; `now` where nothing can be proved.
+/// The time up to which `along` is proved to separate the primitives; `now` if nothing can be proved.
 template <std::size_t leading>
 double advanced(const Along<leading>& along, double now, double least, double rounding) {
   if (along.separation_at(now) <= rounding) return now;
@@ -250,8 +250,8 @@ struct RotatingDirection {
       longest = std::max(longest, length(control));
     }
   }
-  /// Whether it keeps the corners of both at least `least` apart: products with differences of corners are
-  /// cubics, positive where their Bernstein coefficients are.
+  /// Whether the direction keeps the corners of both primitives at least `least` apart. Its products with
+  /// differences of corners are cubics, which are positive if their Bernstein coefficients are.
   template <std::size_t leading>
   [[nodiscard]] bool separates(const std::array<Vec3, 4>& now, const std::array<Vec3, 4>& then,
                                double least) const {
@@ -270,7 +270,7 @@ struct RotatingDirection {
   }
 };
 
-/// Where `next` is a short step from `now`: double steps, as far as a rotating direction proves them.
+/// If `next` is a short step from `now`: doubles the step as long as a rotating direction proves it.
 /// \param least  m; well above rounding
 template <std::size_t leading>
 double advanced_rotating(const LocalSweep& sweep, const Candidate& candidate, double now, double next,
@@ -285,7 +285,7 @@ double advanced_rotating(const LocalSweep& sweep, const Candidate& candidate, do
   return next;
 }
 
-/// \param direction  that separates both at `time`, or zero
+/// \param direction  separates the two at `time`; or zero
 template <class Pair>
 SweptTouch touch_at(const typename Pair::Candidates& candidates, double time, const Vec3& direction) {
   const auto nearest =
@@ -308,7 +308,7 @@ std::optional<SweptTouch> first_touch(const SweptPoints& points, double toleranc
     const Along<Pair::first> along(sweep, direction);
     const bool apart = best.separation > sweep.rounding && along.separation_at(time) > sweep.rounding;
     if (apart) before = direction;
-    const bool near = !(best.separation > 0.75 * touching);  // the true distance is a little larger
+    const bool near = !(best.separation > 0.75 * touching);  // the true distance is slightly larger
     if (near || advance == most_advances) return touch_at<Pair>(candidates, time, before);
     double next = advanced(along, time, 0.25 * touching, sweep.rounding);
     if (advance >= few_advances && next > time)

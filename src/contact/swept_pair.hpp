@@ -7,8 +7,8 @@
 
 namespace palpate {
 
-/// Positions of four points at the start and at the end of a step; between them, each moves along a straight
-/// line at constant speed. A point and a triangle (0; 1, 2, 3), or two edges (0, 1; 2, 3).
+/// Positions of four points at the start and at the end of a step; in between, each moves along a straight
+/// line at constant speed. They are a point and a triangle (0; 1, 2, 3), or two edges (0, 1; 2, 3).
 struct SweptPoints {
   std::array<Vec3, 4> start;
   std::array<Vec3, 4> end;
@@ -20,8 +20,8 @@ struct SweptTouch {
   /// Position of the touch: three barycentric weights in the triangle, or a parameter of each edge (0 at its
   /// first point).
   std::array<double, 3> weights{};
-  /// Unit normal of a plane that separates the two at `time`; it points to the side of the first. Zero where
-  /// they touch at the start of the step, where no such plane exists.
+  /// Unit normal of a plane that separates the two at `time`, on the side of the first. Zero if they touch at
+  /// the start of the step, where no such plane exists.
   Vec3 direction{};
 };
 
@@ -47,7 +47,7 @@ std::optional<SweptTouch> point_meets_triangle(const SweptPoints& points, double
 std::optional<SweptTouch> edge_meets_edge(const SweptPoints& points, double tolerance);
 
 /// The distance within which a touch may be reported: `tolerance`, but at least the bound of rounding, 2.4e-7
-/// of the size of the box of both over the step.
+/// times the size of the box of both over the step.
 double swept_tolerance(const SweptPoints& points, double tolerance);
 
 }  // namespace palpate

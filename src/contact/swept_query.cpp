@@ -87,8 +87,7 @@ void SweptQuery::begin(const Step& step) {
   counts_.body_pairs = body_pairs_.size();
 }
 
-/// Boxes include rounding errors of positions and grow by the tolerance, so that touches within it are found,
-/// too.
+/// Boxes grow by rounding errors of positions and by the tolerance, so that touches within it are found, too.
 void SweptQuery::sweep_clusters(const Step& step) {
   parallel::for_each(step.threads, clusters_.size(), cluster_grain, [&](std::size_t c) {
     Swept swept;
@@ -122,7 +121,7 @@ bool SweptQuery::may_touch(const PairFilter& filter, Index a, Index b) const {
   return one_moves && !filter.self_collision.empty() && at(filter.self_collision, a) != 0;
 }
 
-/// Sweep along x; includes pairs of a body with itself.
+/// Sweeps along x to find pairs of bodies; includes a body with itself.
 void SweptQuery::find_body_pairs(const Step& step) {
   body_pairs_.clear();
   by_lower_.clear();
@@ -159,7 +158,7 @@ bool SweptQuery::is_body_pair(Index a, Index b) const {
   return std::binary_search(body_pairs_.begin(), body_pairs_.end(), Pair{std::min(a, b), std::max(a, b)});
 }
 
-/// Marks clusters that meet the swept box of the other body.
+/// Marks the clusters that meet the swept box of the other body.
 void SweptQuery::mark_clusters() {
   std::fill(marked_.begin(), marked_.end(), 0);
   const auto mark = [&](Index body, Index other) {
@@ -174,7 +173,7 @@ void SweptQuery::mark_clusters() {
   }
 }
 
-/// Sweep along the longest axis of the marked clusters.
+/// Sweeps along the longest axis of the marked clusters to find pairs of clusters.
 void SweptQuery::find_cluster_pairs(const Step& step) {
   by_lower_.clear();
   make_room(by_lower_, clusters_.size());
@@ -229,7 +228,7 @@ void SweptQuery::test_pairs(const Step& step) {
   for (const std::size_t tested : tested_) counts_.tested += tested;
 }
 
-/// Tests points of one cluster against triangles of the other.
+/// Tests the points of one cluster against the triangles of the other.
 void SweptQuery::test_points(const Step& step, Index points, Index triangles,
                              std::vector<SweptContact>& found, std::size_t& tested) const {
   const auto list = surface_.clusters.primitives_of(at(surface_.clusters.clusters, triangles));
@@ -309,8 +308,8 @@ void SweptQuery::test_edge(const Step& step, Index first, Index second,
                    .direction = apart_before ? touch->direction : out_of_edge(step, first, second)});
 }
 
-/// The direction across both edges at the start of the step, out of the second's body by the adjacent
-/// surfaces.
+/// The direction orthogonal to both edges at the start of the step, out of the second's body according to the
+/// adjacent surfaces.
 Vec3 SweptQuery::out_of_edge(const Step& step, Index first, Index second) const {
   const Edge& a = at(bodies_.edges(), first);
   const Edge& b = at(bodies_.edges(), second);

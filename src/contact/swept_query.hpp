@@ -19,18 +19,18 @@ enum class SweptKind : std::uint8_t { point_triangle, edge_edge };
 /// A surface point and a surface triangle, or two surface edges, that touch within a step.
 struct SweptContact {
   SweptKind kind = SweptKind::point_triangle;
-  Index first = -1;   ///< the point, or the edge of the lower body (of one body: the lower edge)
+  Index first = -1;   ///< the point, or the edge of the lower body (within a body: the lower edge)
   Index second = -1;  ///< the triangle, or the other edge
   double time = 0.0;  ///< in [0, 1] of the step; see SweptTouch
   std::array<double, 3> weights{};
-  /// Unit; from the second to the first, on the side from which the first came. If they touch already at the
-  /// start of the step, along the surfaces' normals there; zero where these cancel.
+  /// Unit vector from the second to the first, on the side from which the first came. If they touch already
+  /// at the start of the step, it is along the surfaces' normals there; zero if these cancel.
   Vec3 direction{};
   friend bool operator==(const SweptContact&, const SweptContact&) = default;
 };
 
 struct SweptSettings {
-  /// m; see point_meets_triangle().
+  /// Distance within which a touch may be reported, m; see point_meets_triangle().
   double tolerance = 0.0;
   /// Two clusters are tested only if their relative motion is more than this times the smaller of their local
   /// thicknesses; negative: always.
@@ -39,8 +39,9 @@ struct SweptSettings {
 
 /// Counts of a query.
 struct SweptCounts {
-  std::size_t body_pairs = 0;     ///< pairs that could pass: swept boxes meet, motion above least_motion
-  std::size_t cluster_pairs = 0;  ///< the same for clusters
+  std::size_t body_pairs =
+      0;  ///< pairs of bodies that could pass: swept boxes meet, relative motion above least_motion
+  std::size_t cluster_pairs = 0;  ///< pairs of clusters of which the same holds
   std::size_t tested = 0;         ///< pairs of primitives whose swept boxes meet
   double thinnest = 0.0;          ///< minimum local thickness in the body pairs, m; 0 where there are none
 };
@@ -53,10 +54,10 @@ class SweptQuery {
  public:
   explicit SweptQuery(const Bodies& bodies);
 
-  /// All contacts of the pairs of bodies that `filter` allows (within a body: primitives without a common
-  /// point), sorted by (kind, first, second). Positions must be finite (n_points x 3). O(surface points)
-  /// where nothing could pass; else in addition O(clusters log clusters + pairs whose swept boxes meet).
-  /// Valid until the next call.
+  /// All touches in the pairs of bodies that `filter` allows (within a body: of primitives without a common
+  /// point), sorted by (kind, first, second). Positions must be finite (n_points x 3). O(surface points) if
+  /// nothing could pass; else in addition O(clusters log clusters + pairs whose swept boxes meet). Valid
+  /// until the next call.
   std::span<const SweptContact> find(const parallel::Threads& threads, std::span<const Vec3> start,
                                      std::span<const Vec3> end, const PairFilter& filter,
                                      const SweptSettings& settings);
@@ -69,7 +70,7 @@ class SweptQuery {
   [[nodiscard]] const SurfaceClusters& surface() const { return surface_; }
 
  private:
-  /// Boxes of corners during the step, and of their displacements.
+  /// Boxes of the corners over the step, and of their displacements.
   struct Swept {
     Box places;
     Box motion;
@@ -103,9 +104,9 @@ class SweptQuery {
   SurfaceClusters surface_;
   std::vector<Swept> clusters_;       ///< boxes in the current step
   std::vector<Swept> of_bodies_;      ///< the same
-  std::vector<Index> by_lower_;       ///< bodies, or marked clusters, by their lower ends
+  std::vector<Index> by_lower_;       ///< bodies, or marked clusters, sorted by the lower ends of their boxes
   std::vector<Pair> body_pairs_;      ///< ascending
-  std::vector<std::uint8_t> marked_;  ///< per cluster: meets the other body of a pair
+  std::vector<std::uint8_t> marked_;  ///< per cluster, 1: meets the other body of a pair
   parallel::ChunkedList<Pair> pair_lists_;
   std::vector<Pair> pairs_;  ///< of clusters
   parallel::ChunkedList<SweptContact> lists_;

@@ -8,12 +8,12 @@
 namespace palpate::fem {
 namespace {
 
-/// Stiffness of a damper over the rest of its row: the least whose error is below the tolerance of solves, so
-/// that float loses few digits.
+/// Stiffness of the damper, as a multiple of the rest of its row: the smallest one whose error is below the
+/// tolerance of the solver, so that floats lose few digits.
 constexpr double excess = 1e5;
 
-/// Squared gradient of the shape function of a corner at rest, 1/m^2: the inverse of its squared height over
-/// the opposite face.
+/// Squared gradient of the shape function of a corner at rest, 1/m^2. It is 1 / height^2, with the height of
+/// the corner over the opposite face.
 double squared_gradient(const std::array<Vec3, 4>& corners, std::size_t corner) {
   const Vec3& a = corners[(corner + 1) % 4];
   const Vec3 normal = cross(corners[(corner + 2) % 4] - a, corners[(corner + 3) % 4] - a);
@@ -53,7 +53,7 @@ AxisHolds::AxisHolds(const Bodies& bodies, const Materials& materials, std::span
       }
       const Material& m = materials.of(tet, at(bodies.body_of_point(), hold.point));
       const double nu = m.poisson_ratio;
-      // lambda + 2 mu
+      // The P-wave modulus, lambda + 2 mu.
       const double modulus = instantaneous_modulus(m) * (1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu));
       const double tet_stiffness = modulus * tet_volume_rest(bodies, tet) * squared_gradient(corners, own);
       hold.stiffness += tet_stiffness;
@@ -63,7 +63,7 @@ AxisHolds::AxisHolds(const Bodies& bodies, const Materials& materials, std::span
   }
 }
 
-/// N s/m
+/// Viscous part of the row, N s/m.
 double AxisHolds::coefficient(const Hold& hold, double time_step) {
   return excess * (hold.mass / time_step + time_step * hold.stiffness + hold.damping);
 }

@@ -17,22 +17,21 @@ inline constexpr std::uint8_t all_axes = 7;
 [[nodiscard]] constexpr bool has_axis(std::uint8_t axes, int axis) {
   return ((axes >> axis) & 1) != 0;
 }
-/// The components along these axes; the others are zero.
+/// The components of a vector along these axes; the other components become zero.
 [[nodiscard]] constexpr Vec3 along(std::uint8_t axes, const Vec3& v) {
   return {has_axis(axes, 0) ? v.x : 0.0, has_axis(axes, 1) ? v.y : 0.0, has_axis(axes, 2) ? v.z : 0.0};
 }
 
 /// Free points that do not move along some axes of the world: rollers, planes of symmetry.
 ///
-/// In the linear system of a step each is a damper along these axes, 1e5 times as stiff as the rest of its
-/// row. Block Jacobi eliminates it exactly. Its row of the right side has no force along them, since the
-/// constraint carries that force: so a body at rest does not creep. After a solve the motion along them is
-/// set to zero. The remaining error, in neighbouring rows, is 1e-5 of the CHANGE of the holding force; at
-/// rest it is zero.
+/// In the linear system of a step, each held axis is a damper, 1e5 times as stiff as the rest of its row.
+/// Block Jacobi eliminates it exactly. The right side has no force along the axis, since the constraint
+/// carries that force. So a body at rest does not creep. After a solve the motion along the axis is set to
+/// zero. An error remains in neighbouring rows: 1e-5 of the CHANGE of the holding force, so zero at rest.
 class AxisHolds {
  public:
   AxisHolds() = default;
-  /// \param axes  (n_points) bits, or empty. Used at free points that are not held along all axes
+  /// \param axes  (n_points) bits, or empty. Ignored at points that are not free or are held along all axes
   /// \param free  (n_points) 1: moves
   ///
   /// O(n_points + tets at held points).
@@ -47,9 +46,9 @@ class AxisHolds {
   void hold(double time_step, std::span<const simd::Padded3> base, std::span<simd::Padded3> right_side) const;
   /// Sets the components along held axes to zero.
   void stop(std::span<Vec3> values) const;
-  /// The same, or sets them to the negative of `base`.
+  /// Sets the components along held axes to zero; or, if `base` is given, to the negative of `base`.
   void stop(std::span<const simd::Padded3> base, std::span<simd::Padded3> values) const;
-  /// Copies the components along held axes from other values, so that positions keep their bits.
+  /// Copies the components along held axes from other values. So positions along these axes keep all bits.
   void keep(std::span<const Vec3> from, std::span<Vec3> values) const;
   /// Sets the bits of these points.
   void mark(std::span<std::uint8_t> axes_of_point) const;

@@ -12,7 +12,7 @@ namespace palpate::fem {
 namespace {
 
 constexpr std::size_t slice_grain = 8;
-constexpr Index most_elements = Index{1} << 28;  // element and two corners in 32 bits
+constexpr Index most_elements = Index{1} << 28;  // an element and two of its corners must fit into 32 bits
 constexpr std::uint32_t no_slot = 0xffffffffU;
 
 }  // namespace
@@ -83,7 +83,7 @@ void BlockMatrix::list_columns(std::span<const std::uint8_t> free) {
 /// Greedy colouring along the curve: no two points of an element have the same colour.
 std::vector<int> BlockMatrix::color_points(std::span<const Index> points) {
   std::vector<int> color(diagonal_.size(), -1);
-  std::vector<std::size_t> taken_by;  // of each colour: the last point with a neighbour of it
+  std::vector<std::size_t> taken_by;  // per colour: the last point that has a neighbour of this colour
   for (std::size_t k = 0; k < points.size(); ++k) {
     for (const std::uint32_t other : columns(points[k])) {
       const int used = color[other];
@@ -97,15 +97,15 @@ std::vector<int> BlockMatrix::color_points(std::span<const Index> points) {
   return color;
 }
 
-/// Whether a point belongs to a full body: all elements of a body are of one kind.
-bool BlockMatrix::is_full(Index point) const {
+/// Whether a point belongs to a body with tangent blocks. All elements of a body are stored in the same way.
+bool BlockMatrix::has_tangent_blocks(Index point) const {
   const auto elements = elements_of_point_[point];
-  return !elements.empty() && elements.front() >= elements_->full_begin();
+  return !elements.empty() && elements.front() >= elements_->tangent_begin();
 }
 
 void BlockMatrix::append_rows(std::span<const Index> points, std::span<const int> color) {
-  // Rows of a slice come from one window: large enough for whole slices of each colour, small enough that
-  // neighbours in space stay close in memory.
+  // Rows of a slice are taken from one window. It is large enough for whole slices of each colour, and small
+  // enough that neighbours in space stay close in memory.
   constexpr std::size_t window = 4096;
   const auto before = [&](Index a, Index b) {
     const int color_a = at(color, a);
@@ -135,10 +135,11 @@ void BlockMatrix::append_rows(std::span<const Index> points, std::span<const int
 void BlockMatrix::order_rows(std::span<const std::uint8_t> free) {
   std::vector<Index> points = points_along_curve(elements_->points_rest(), body_of_point(), free);
   const std::vector<int> color = color_points(points);
-  const auto full = std::ranges::stable_partition(points, [&](Index point) { return !is_full(point); });
+  const auto full =
+      std::ranges::stable_partition(points, [&](Index point) { return !has_tangent_blocks(point); });
   const std::span all(points);
   append_rows(all.first(all.size() - full.size()), color);
-  full_slices_ = point_of_row_.size() / simd::slice_rows;
+  first_tangent_slice_ = point_of_row_.size() / simd::slice_rows;
   append_rows(all.last(full.size()), color);
   row_of_point_.assign(free.size(), -1);
   for (std::size_t row = 0; row < point_of_row_.size(); ++row) {
@@ -150,8 +151,8 @@ void BlockMatrix::pad_slice() {
   while (point_of_row_.size() % simd::slice_rows != 0) point_of_row_.push_back(-1);
 }
 
-/// Slots and terms of a slice. Blocks of a row are sorted by their number of terms, so that the blocks of a
-/// slot have similar numbers.
+/// Lists the slots and terms of a slice. The blocks of a row are sorted by their number of terms, so that the
+/// blocks of a slot have similar numbers.
 void BlockMatrix::build_slice(std::size_t slice) {
   struct LaneBlock {
     std::uint32_t place = 0;  ///< in columns_
@@ -182,7 +183,7 @@ void BlockMatrix::build_slice(std::size_t slice) {
     std::ranges::stable_sort(lanes[lane], std::greater(), [](const LaneBlock& b) { return b.terms.size(); });
     slots = std::max(slots, lanes[lane].size());
   }
-  const auto empty = 16 * static_cast<std::uint32_t>(elements_->size());  // the element of zeros
+  const auto empty = 16 * static_cast<std::uint32_t>(elements_->size());  // an element whose values are zero
   const auto append_terms = [&](auto&& terms_of) {
     std::size_t most = 0;
     for (std::size_t lane = 0; lane < simd::slice_rows; ++lane) most = std::max(most, terms_of(lane).size());
@@ -220,7 +221,7 @@ void BlockMatrix::build_slice(std::size_t slice) {
 bool BlockMatrix::has_mixed_bodies() const {
   const auto bodies = elements_->body_of_element();
   const auto ratios = elements_->ratios();
-  for (std::size_t e = 1; e < static_cast<std::size_t>(elements_->full_begin()); ++e) {
+  for (std::size_t e = 1; e < static_cast<std::size_t>(elements_->tangent_begin()); ++e) {
     if (bodies[e] == bodies[e - 1] && ratios[e] != ratios[e - 1]) return true;
   }
   return false;
@@ -239,9 +240,9 @@ void BlockMatrix::assemble(const parallel::Threads& threads, std::span<const dou
   float* values = slots_.empty() ? nullptr : slots_.front().values.data();
   parallel::for_chunks(threads, slice_count(), slice_grain,
                        [&](std::size_t begin, std::size_t end, std::size_t) {
-                         const std::size_t full = std::clamp(full_slices_, begin, end);
+                         const std::size_t full = std::clamp(first_tangent_slice_, begin, end);
                          simd::assemble_slices(rows, values, diagonal_blocks_.data(), begin, full);
-                         for (std::size_t slice = full; slice < end; ++slice) assemble_full(slice);
+                         for (std::size_t slice = full; slice < end; ++slice) assemble_tangent(slice);
                        });
 }
 

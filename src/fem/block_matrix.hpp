@@ -22,9 +22,9 @@ namespace palpate::fem {
 /// slices of 16 rows (simd/sliced_rows.hpp) need little padding. No two points of an element have the same
 /// colour, and a slice has rows of one colour: a smoother can update them at once. Padding rows of a slice
 /// have no point. Assembly gathers: each block adds up its own terms, elements ascending, so that no two
-/// threads write one block and the bits do not depend on the thread count. Rows of full bodies (Elements)
-/// come last, in separate slices. They add up the blocks of their elements and smoothing domains; a row has
-/// blocks with all points of its domains.
+/// threads write one block and the bits do not depend on the thread count. Rows of bodies with tangent blocks
+/// (Elements) come last, in separate slices. They add up the blocks of their elements and smoothing domains;
+/// a row has blocks with all points of its domains.
 class BlockMatrix {
  public:
   /// Pattern: each free point of an element, with itself and with the other points of its elements and
@@ -78,10 +78,10 @@ class BlockMatrix {
   void order_rows(std::span<const std::uint8_t> free);
   void append_rows(std::span<const Index> points, std::span<const int> color);
   void pad_slice();
-  void assemble_full(std::size_t slice);
+  void assemble_tangent(std::size_t slice);
   void add_domains(std::size_t row);
   void place_domains();
-  [[nodiscard]] bool is_full(Index point) const;
+  [[nodiscard]] bool has_tangent_blocks(Index point) const;
   void build_slice(std::size_t slice);
   [[nodiscard]] bool has_mixed_bodies() const;
 
@@ -94,7 +94,7 @@ class BlockMatrix {
   std::vector<Index> row_of_point_;
   std::vector<Index> point_of_row_;
   std::vector<std::vector<std::uint32_t>> slices_of_color_;
-  std::size_t full_slices_ = 0;                        ///< first slice of full bodies
+  std::size_t first_tangent_slice_ = 0;                ///< first slice of bodies with tangent blocks
   std::vector<std::uint32_t> slot_begin_;              ///< (n_slices + 1)
   simd::AlignedVector<std::uint32_t> column_of_lane_;  ///< 16 a slot: rows
   std::vector<std::uint32_t> term_begin_;              ///< (n_slots + 1)

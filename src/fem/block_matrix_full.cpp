@@ -1,4 +1,4 @@
-// Rows of full bodies: their blocks are sums of those of elements.
+// Rows of bodies with tangent blocks: each block of a row is a sum of blocks of elements.
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -16,7 +16,7 @@ void add_term(const Elements& elements, std::uint32_t term, Block& sum) {
   const int i = static_cast<int>(term / 4 % 4);
   const int j = static_cast<int>(term % 4);
   const double* block =
-      elements.full_blocks(static_cast<Index>(term / 16)) + block_place(std::min(i, j), std::max(i, j));
+      elements.element_tangent(static_cast<Index>(term / 16)) + block_place(std::min(i, j), std::max(i, j));
   if (i < j) {
     for (std::size_t k = 0; k < 9; ++k) sum[k] += static_cast<float>(block[k]);
   } else {
@@ -65,7 +65,7 @@ void BlockMatrix::add_domains(std::size_t row) {
   }
 }
 
-void BlockMatrix::assemble_full(std::size_t slice) {
+void BlockMatrix::assemble_tangent(std::size_t slice) {
   const auto none = static_cast<std::uint32_t>(elements_->size());
   constexpr std::array<std::size_t, 6> upper{0, 4, 8, 1, 2, 5};
   float* diagonals = diagonal_blocks_.data() + simd::slice_symmetric * slice;

@@ -10,8 +10,9 @@
 namespace palpate::fem {
 namespace {
 
-/// Largest angle for which paths are bent, rad: contacts then have an error of 0.3 % of the body's size.
-constexpr double bent = 0.08;
+/// Largest angle by which points move along arcs, rad. Contacts then have an error of 0.3 % of the body's
+/// size.
+constexpr double largest_arc_angle = 0.08;
 
 Quaternion rotation_by(const Vec3& angle) {
   if (angle == Vec3{}) return {};
@@ -28,7 +29,7 @@ Vec3 turned(const Quaternion& rotation, const Matrix3& matrix, const Vec3& a) {
 /// The angle of a rigid body without torque over a step: h times omega at mid-step.
 Vec3 free_angle(const RigidMotion& start, double time_step) {
   Vec3 angle = time_step * start.angular_velocity();
-  constexpr int rounds = 3;  // the third changes it by less than the rule's own error
+  constexpr int rounds = 3;  // the third round changes it by less than the error of the midpoint rule
   for (int i = 0; i < rounds; ++i) {
     const Quaternion half = rotation_by(0.5 * angle);
     angle = time_step * turned(half, start.inverse_inertia, start.momentum);
@@ -63,7 +64,7 @@ BodyRotations::BodyRotations(const Bodies& bodies, const Materials& materials, s
       masses_(masses.begin(), masses.end()),
       stretch_energies_(bodies_.size(), 0.0),
       frames_(bodies_.size()),
-      bends_(bodies_.size()),
+      arcs_(bodies_.size()),
       starts_(bodies_.size()),
       changed_(bodies_.size(), 0) {
   for (Index body = 0; body < bodies.body_count(); ++body) {
@@ -103,8 +104,8 @@ RigidMotion BodyRotations::rigid_motion(std::size_t body, std::span<const Vec3> 
   return motion;
 }
 
-/// Rotation vector of the rigid rotation nearest to the motion of a body in the step; zero if that is less
-/// than half of its motion about the centre.
+/// Rotation vector of the rigid rotation that fits the motion of a body in the step best. Zero if the
+/// rotation is less than half of the motion about the centre.
 /// \param mean  rigid motion of these velocities
 Vec3 BodyRotations::angle_of(std::size_t body, const RigidMotion& mean, std::span<const Vec3> positions,
                              std::span<const Vec3> velocities) const {
@@ -127,7 +128,8 @@ Vec3 BodyRotations::angle_of(std::size_t body, const RigidMotion& mean, std::spa
   return beside < 0.5 * moved ? rotation_vector(q) : Vec3{};
 }
 
-/// Whether a rotation by `angle` beyond that of the frame expands a body with much of this energy.
+/// Whether a rotation by `angle` beyond that of the frame would expand a body enough to store a significant
+/// part of this energy.
 bool BodyRotations::swells(std::size_t body, const Vec3& angle, double energy) const {
   const double swelling = 1.0 - cosine(length(angle));
   constexpr double allowed = 1e-3;
@@ -172,7 +174,7 @@ bool BodyRotations::follow(const parallel::Threads& threads, std::span<const Vec
     const RigidMotion mean = rigid_motion(body, positions, velocities);
     const Frame& last = frames_[body];
     const Vec3 left = angle_of(body, mean, positions, velocities) - last.angle;
-    if (length(left) <= bent || !swells(body, left, mean.whole_energy)) return;
+    if (length(left) <= largest_arc_angle || !swells(body, left, mean.whole_energy)) return;
     const double step_length =
         last.left == Vec3{} ? 1.0 : next_step_length(last.left, left, last.step_length);
     const Vec3 angle = last.angle + step_length * left;
@@ -198,66 +200,67 @@ Vec3 BodyRotations::displacement(Index body, const Vec3& position) const {
   return rotated(frame.rotation, arm) - arm;
 }
 
-BodyRotations::Bend BodyRotations::bend_of(std::size_t body, std::span<const Vec3> positions,
-                                           std::span<const Vec3> velocities) const {
+BodyRotations::ArcMotion BodyRotations::arc_motion_of(std::size_t body, std::span<const Vec3> positions,
+                                                      std::span<const Vec3> velocities) const {
   const Range points = bodies_[body].points;
   const Frame& frame = frames_[body];
   const RigidMotion& start = starts_[body];
   double mass = 0.0;
   double energy = 0.0;
-  Bend bend;
+  ArcMotion arc;
   for (Index i = points.begin; i < points.end; ++i) {
     mass += at(masses_, i);
-    bend.velocity += at(masses_, i) * at(velocities, i);
+    arc.velocity += at(masses_, i) * at(velocities, i);
     energy += 0.5 * at(masses_, i) * squared_length(at(velocities, i));
   }
-  bend.velocity = (1.0 / mass) * bend.velocity;
-  // Moment of the displacements beyond those of the frame, about the rotated positions.
+  arc.velocity = (1.0 / mass) * arc.velocity;
+  // Moment of the displacements (beyond those of the frame) about the rotated positions.
   Vec3 moment;
   double moved = 0.0;
   for (Index i = points.begin; i < points.end; ++i) {
     const Vec3 arm = rotated(frame.rotation, at(positions, i) - start.center);
-    const Vec3 motion = time_step_ * (at(velocities, i) - bend.velocity) -
+    const Vec3 motion = time_step_ * (at(velocities, i) - arc.velocity) -
                         displacement(static_cast<Index>(body), at(positions, i));
     moment += at(masses_, i) * cross(arm, motion);
     moved += at(masses_, i) * squared_length(motion);
   }
   const Vec3 angle = turned(frame.rotation, start.inverse_inertia, moment);
   const bool dominates = frame.angle != Vec3{} || dot(moment, angle) > 0.5 * moved;
-  constexpr double fraction = 0.5;  // of the limit for frames: bending is cheap
+  constexpr double fraction = 0.5;  // of the limit for frames, since arcs are cheap
   if (!dominates || !swells(body, angle, fraction * energy)) return {};
-  bend.angle = angle;
-  bend.rotation = rotation_by(angle);
+  arc.angle = angle;
+  arc.rotation = rotation_by(angle);
   const Vec3 momentum =
       (1.0 / time_step_) * moment + turned(frame.rotation, start.inertia, frame.angular_velocity);
-  const Vec3 lost = rotated_back(bend.rotation, momentum) - momentum;
-  bend.correction = rotated(bend.rotation, turned(frame.rotation, start.inverse_inertia, lost));
-  return bend;
+  const Vec3 lost = rotated_back(arc.rotation, momentum) - momentum;
+  arc.correction = rotated(arc.rotation, turned(frame.rotation, start.inverse_inertia, lost));
+  return arc;
 }
 
-bool BodyRotations::bend(const parallel::Threads& threads, std::span<const Vec3> positions,
-                         std::span<const Vec3> velocities, std::span<const std::uint8_t> held) {
+bool BodyRotations::set_arcs(const parallel::Threads& threads, std::span<const Vec3> positions,
+                             std::span<const Vec3> velocities, std::span<const std::uint8_t> held) {
   parallel::for_each(threads, bodies_.size(), 1, [&](std::size_t body) {
-    bends_[body] = {};
-    if (stretch_energies_[body] > 0.0 && held[body] == 0) bends_[body] = bend_of(body, positions, velocities);
+    arcs_[body] = {};
+    if (stretch_energies_[body] > 0.0 && held[body] == 0)
+      arcs_[body] = arc_motion_of(body, positions, velocities);
   });
-  return std::ranges::any_of(bends_, [](const Bend& bend) { return bend.angle != Vec3{}; });
+  return std::ranges::any_of(arcs_, [](const ArcMotion& arc) { return arc.angle != Vec3{}; });
 }
 
-Vec3 BodyRotations::arc(Index body, const Vec3& position) const {
-  const Bend& bend = at(bends_, body);
-  if (bend.angle == Vec3{}) return {};
+Vec3 BodyRotations::arc_displacement(Index body, const Vec3& position) const {
+  const ArcMotion& arc = at(arcs_, body);
+  if (arc.angle == Vec3{}) return {};
   const Frame& frame = at(frames_, body);
   const Vec3 arm = rotated(frame.rotation, position - at(starts_, body).center);
-  return rotated(bend.rotation, arm) - arm - cross(bend.angle, arm);
+  return rotated(arc.rotation, arm) - arm - cross(arc.angle, arm);
 }
 
-Vec3 BodyRotations::bent_velocity(Index body, const Vec3& position, const Vec3& velocity) const {
-  const Bend& bend = at(bends_, body);
-  if (bend.angle == Vec3{}) return velocity;
+Vec3 BodyRotations::arc_velocity(Index body, const Vec3& position, const Vec3& velocity) const {
+  const ArcMotion& arc = at(arcs_, body);
+  if (arc.angle == Vec3{}) return velocity;
   const Frame& frame = at(frames_, body);
-  const Vec3 arm = rotated(bend.rotation, rotated(frame.rotation, position - at(starts_, body).center));
-  return bend.velocity + rotated(bend.rotation, velocity - bend.velocity) + cross(bend.correction, arm);
+  const Vec3 arm = rotated(arc.rotation, rotated(frame.rotation, position - at(starts_, body).center));
+  return arc.velocity + rotated(arc.rotation, velocity - arc.velocity) + cross(arc.correction, arm);
 }
 
 Vec3 BodyRotations::excess_velocity(Index body, const Vec3& position) const {

@@ -7,7 +7,8 @@
 
 namespace palpate::fem {
 
-/// Throws Error if an array of a Dynamics has another length. \param per  what each value is of, as "point"
+/// Throws Error if an array that is passed to a Dynamics has a wrong length.
+/// \param per  what each value belongs to, such as "point"
 inline void check_length(const char* name, std::size_t found, std::size_t expected, const char* per) {
   if (found == expected) return;
   throw Error("dynamics", name, std::to_string(found) + " values",

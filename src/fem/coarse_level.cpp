@@ -11,7 +11,7 @@ namespace {
 constexpr std::size_t node_grain = 256;
 constexpr std::size_t coupling_grain = 64;
 constexpr std::uint32_t none = 0xffffffffU;
-constexpr int cycles = 2;  // per solve of a level
+constexpr int cycles = 2;  // Gauss-Seidel cycles in a solve of a level
 
 Dense<3, 3> whole(const SymmetricMatrix3& a) {
   return {a.xx, a.xy, a.xz, a.xy, a.yy, a.yz, a.xz, a.yz, a.zz};
@@ -19,22 +19,22 @@ Dense<3, 3> whole(const SymmetricMatrix3& a) {
 
 }  // namespace
 
-CouplingParts::Part& CouplingParts::part(std::size_t coupling, std::uint32_t node) {
+CouplingJacobians::Block& CouplingJacobians::block(std::size_t coupling, std::uint32_t node) {
   const std::size_t first = begin[coupling];
   std::uint32_t& used = count[coupling];
   for (std::size_t k = first; k < first + used; ++k) {
-    if (parts[k].node == node) return parts[k];
+    if (blocks[k].node == node) return blocks[k];
   }
-  parts[first + used] = {.node = node};
-  return parts[first + used++];
+  blocks[first + used] = {.node = node};
+  return blocks[first + used++];
 }
 
-void CouplingParts::reset(std::size_t couplings, const std::vector<std::uint32_t>& most) {
+void CouplingJacobians::reset(std::size_t couplings, const std::vector<std::uint32_t>& limits) {
   resize_with_room(begin, couplings + 1);
   begin[0] = 0;
-  for (std::size_t c = 0; c < couplings; ++c) begin[c + 1] = begin[c] + most[c];
+  for (std::size_t c = 0; c < couplings; ++c) begin[c + 1] = begin[c] + limits[c];
   assign_with_room(count, couplings, 0U);
-  resize_with_room(parts, begin[couplings]);
+  resize_with_room(blocks, begin[couplings]);
 }
 
 template <std::size_t N, std::size_t M>
@@ -61,16 +61,16 @@ PaddedBlocks padded(const BlockRows<N, M>& rows) {
 CoarseLevel::CoarseLevel(BlockRows<6, 6> bodies)
     : bodies_(std::move(bodies)), changed_(bodies_.size(), 1), inverses_(simd::six_by_six * bodies_.size()) {
   const std::size_t count = bodies_.size();
-  BlockRows<6, 6> beside;
+  BlockRows<6, 6> off_diagonal;
   for (std::size_t row = 0; row < count; ++row) {
     for (std::uint32_t k = bodies_.begin[row]; k < bodies_.begin[row + 1]; ++k) {
       if (bodies_.columns[k] == row) continue;
-      beside.columns.push_back(bodies_.columns[k]);
-      beside.blocks.push_back(bodies_.blocks[k]);
+      off_diagonal.columns.push_back(bodies_.columns[k]);
+      off_diagonal.blocks.push_back(bodies_.blocks[k]);
     }
-    beside.begin.push_back(static_cast<std::uint32_t>(beside.columns.size()));
+    off_diagonal.begin.push_back(static_cast<std::uint32_t>(off_diagonal.columns.size()));
   }
-  beside_ = padded(beside);
+  off_diagonal_ = padded(off_diagonal);
   right_side_.resize(count);
   solution_.resize(count);
   residual_.resize(count);
@@ -83,52 +83,54 @@ void CoarseLevel::connect(const BlockRows<6, 6>& transfer, std::size_t next_coun
   restriction_ = padded(transposed(transfer, next_count));
 }
 
-/// Couplings at each node, ascending.
+/// Lists the couplings at each node, ascending.
 void CoarseLevel::list_couplings() {
   assign_with_room(entry_begin_, size() + 1, 0U);
-  const std::size_t couplings = parts_.count.size();
+  const std::size_t couplings = jacobians_.count.size();
   for (std::size_t c = 0; c < couplings; ++c) {
-    for (const CouplingParts::Part& part : parts_.of(c)) ++entry_begin_[part.node + 1];
+    for (const CouplingJacobians::Block& block : jacobians_.of(c)) ++entry_begin_[block.node + 1];
   }
   for (std::size_t i = 0; i < size(); ++i) entry_begin_[i + 1] += entry_begin_[i];
   resize_with_room(next_entry_, size());
   std::copy(entry_begin_.begin(), entry_begin_.end() - 1, next_entry_.begin());
   resize_with_room(entries_, entry_begin_.back());
   for (std::size_t c = 0; c < couplings; ++c) {
-    for (std::uint32_t k = 0; k < parts_.count[c]; ++k) {
-      const std::uint32_t node = parts_.parts[parts_.begin[c] + k].node;
-      entries_[next_entry_[node]++] = {static_cast<std::uint32_t>(c), parts_.begin[c] + k};
+    for (std::uint32_t k = 0; k < jacobians_.count[c]; ++k) {
+      const std::uint32_t node = jacobians_.blocks[jacobians_.begin[c] + k].node;
+      entries_[next_entry_[node]++] = {static_cast<std::uint32_t>(c), jacobians_.begin[c] + k};
     }
   }
 }
 
-/// Calls body(entry, part, place) for each pair of parts of a coupling whose first is at the node. `place` is
-/// the index of the second's node among those found so far.
+/// Calls body(entry, block, place) for each pair of Jacobian blocks of a coupling whose first block is at the
+/// node. `place` is the position of the second block's node in the list of nodes found so far.
 template <class Body>
 void CoarseLevel::for_each_column(std::size_t node, std::vector<std::uint32_t>& place, Body&& body) {
   std::uint32_t found = 0;
   const std::span entries =
       std::span(entries_).subspan(entry_begin_[node], entry_begin_[node + 1] - entry_begin_[node]);
   for (const Entry& entry : entries) {
-    for (const CouplingParts::Part& part : parts_.of(entry.coupling)) {
-      if (place[part.node] == none) place[part.node] = found++;
-      body(entry, part, place[part.node]);
+    for (const CouplingJacobians::Block& block : jacobians_.of(entry.coupling)) {
+      if (place[block.node] == none) place[block.node] = found++;
+      body(entry, block, place[block.node]);
     }
   }
   for (const Entry& entry : entries) {
-    for (const CouplingParts::Part& part : parts_.of(entry.coupling)) place[part.node] = none;
+    for (const CouplingJacobians::Block& block : jacobians_.of(entry.coupling)) place[block.node] = none;
   }
 }
 
-/// Finds the pattern of the couplings' matrix: columns of a row are in the order of its couplings.
+/// Finds the sparsity pattern of the couplings' matrix. The columns of a row are in the order of its
+/// couplings.
 void CoarseLevel::find_columns(const parallel::Threads& threads) {
   assign_with_room(coupled_.begin, size() + 1, 0U);
   parallel::for_chunks(threads, size(), node_grain, [&](std::size_t begin, std::size_t end, std::size_t c) {
     for (std::size_t node = begin; node < end; ++node) {
       std::uint32_t count = 0;
-      for_each_column(node, places_[c], [&](const Entry&, const CouplingParts::Part&, std::uint32_t place) {
-        count = std::max(count, place + 1);
-      });
+      for_each_column(node, places_[c],
+                      [&](const Entry&, const CouplingJacobians::Block&, std::uint32_t place) {
+                        count = std::max(count, place + 1);
+                      });
       coupled_.begin[node + 1] = count;
     }
   });
@@ -136,42 +138,43 @@ void CoarseLevel::find_columns(const parallel::Threads& threads) {
   const std::size_t blocks = coupled_.begin.back();
   resize_with_room(coupled_.columns, blocks);
   assign_with_room(coupled_.blocks, blocks, Dense<6, 6>{});
-  // Off the diagonal: one block less in rows with blocks.
-  assign_with_room(coupled_beside_.begin, size() + 1, 0U);
+  // Without the diagonal, a row that is not empty has one block less.
+  assign_with_room(coupled_off_diagonal_.begin, size() + 1, 0U);
   for (std::size_t i = 0; i < size(); ++i) {
     const std::uint32_t own = coupled_.begin[i + 1] - coupled_.begin[i];
-    coupled_beside_.begin[i + 1] = coupled_beside_.begin[i] + (own > 0 ? own - 1 : 0);
+    coupled_off_diagonal_.begin[i + 1] = coupled_off_diagonal_.begin[i] + (own > 0 ? own - 1 : 0);
   }
-  const std::size_t beside = coupled_beside_.begin.back();
-  resize_with_room(coupled_beside_.columns, beside);
-  if (coupled_beside_.blocks.capacity() < simd::six_by_six * beside)
-    coupled_beside_.blocks.reserve(simd::six_by_six * (beside + beside / 8 + 16));
-  coupled_beside_.blocks.resize(simd::six_by_six * beside);
+  const std::size_t off_diagonal = coupled_off_diagonal_.begin.back();
+  resize_with_room(coupled_off_diagonal_.columns, off_diagonal);
+  if (coupled_off_diagonal_.blocks.capacity() < simd::six_by_six * off_diagonal)
+    coupled_off_diagonal_.blocks.reserve(simd::six_by_six * (off_diagonal + off_diagonal / 8 + 16));
+  coupled_off_diagonal_.blocks.resize(simd::six_by_six * off_diagonal);
 }
 
 void CoarseLevel::add_blocks(const parallel::Threads& threads, const CouplingSystem& couplings) {
   parallel::for_chunks(threads, size(), node_grain, [&](std::size_t begin, std::size_t end, std::size_t c) {
     for (std::size_t node = begin; node < end; ++node) {
       const std::uint32_t first = coupled_.begin[node];
-      std::uint32_t last_part = none;
+      std::uint32_t last_block = none;
       Dense<3, 6> pushed{};
       for_each_column(node, places_[c],
-                      [&](const Entry& entry, const CouplingParts::Part& part, std::uint32_t place) {
-                        if (entry.part != last_part) {
+                      [&](const Entry& entry, const CouplingJacobians::Block& block, std::uint32_t place) {
+                        if (entry.block != last_block) {
                           pushed = {};
                           add_product<3, 3, 6>(pushed, whole(couplings.weight(entry.coupling)),
-                                               parts_.parts[entry.part].motion);
-                          last_part = entry.part;
+                                               jacobians_.blocks[entry.block].motion);
+                          last_block = entry.block;
                         }
-                        coupled_.columns[first + place] = part.node;
-                        add_transposed_product<6, 3, 6>(coupled_.blocks[first + place], pushed, part.motion);
+                        coupled_.columns[first + place] = block.node;
+                        add_transposed_product<6, 3, 6>(coupled_.blocks[first + place], pushed, block.motion);
                       });
-      std::uint32_t beside = coupled_beside_.begin[node];
+      std::uint32_t off_diagonal = coupled_off_diagonal_.begin[node];
       for (std::uint32_t k = first; k < coupled_.begin[node + 1]; ++k) {
         if (coupled_.columns[k] == node) continue;
-        coupled_beside_.columns[beside] = coupled_.columns[k];
-        store_padded<6, 6>(coupled_.blocks[k], coupled_beside_.blocks.data() + simd::six_by_six * beside);
-        ++beside;
+        coupled_off_diagonal_.columns[off_diagonal] = coupled_.columns[k];
+        store_padded<6, 6>(coupled_.blocks[k],
+                           coupled_off_diagonal_.blocks.data() + simd::six_by_six * off_diagonal);
+        ++off_diagonal;
       }
       const bool coupled = coupled_.begin[node + 1] > first;
       if (coupled || changed_[node] != 0) invert_diagonal(node);
@@ -191,24 +194,24 @@ void CoarseLevel::invert_diagonal(std::size_t node) {
   store_padded<6, 6>(inverse_semi_definite<6>(block), inverses_.data() + simd::six_by_six * node);
 }
 
-void CoarseLevel::hand_on(const parallel::Threads& threads, CouplingParts& next) {
-  const std::size_t couplings = parts_.count.size();
-  assign_with_room(most_parts_, couplings, 0U);
+void CoarseLevel::coarsen_couplings(const parallel::Threads& threads, CouplingJacobians& next) {
+  const std::size_t couplings = jacobians_.count.size();
+  assign_with_room(block_limits_, couplings, 0U);
   for (std::size_t c = 0; c < couplings; ++c) {
-    for (const CouplingParts::Part& part : parts_.of(c))
-      most_parts_[c] += transfer_.begin[part.node + 1] - transfer_.begin[part.node];
+    for (const CouplingJacobians::Block& block : jacobians_.of(c))
+      block_limits_[c] += transfer_.begin[block.node + 1] - transfer_.begin[block.node];
   }
-  next.reset(couplings, most_parts_);
+  next.reset(couplings, block_limits_);
   parallel::for_each(threads, couplings, coupling_grain, [&](std::size_t c) {
-    for (const CouplingParts::Part& part : parts_.of(c)) {
-      for (std::uint32_t k = transfer_.begin[part.node]; k < transfer_.begin[part.node + 1]; ++k) {
-        Dense<3, 6>& motion = next.part(c, transfer_.columns[k]).motion;
-        const float* block = transfer_.blocks.data() + simd::six_by_six * k;
-        Dense<6, 6> turned;  // the block, by rows
+    for (const CouplingJacobians::Block& block : jacobians_.of(c)) {
+      for (std::uint32_t k = transfer_.begin[block.node]; k < transfer_.begin[block.node + 1]; ++k) {
+        Dense<3, 6>& motion = next.block(c, transfer_.columns[k]).motion;
+        const float* transfer = transfer_.blocks.data() + simd::six_by_six * k;
+        Dense<6, 6> turned;  // the transfer block, by rows
         for (std::size_t e = 0; e < 6; ++e) {
-          for (std::size_t j = 0; j < 6; ++j) turned[6 * e + j] = static_cast<double>(block[8 * j + e]);
+          for (std::size_t j = 0; j < 6; ++j) turned[6 * e + j] = static_cast<double>(transfer[8 * j + e]);
         }
-        add_product<3, 6, 6>(motion, part.motion, turned);
+        add_product<3, 6, 6>(motion, block.motion, turned);
       }
     }
   });
@@ -220,14 +223,15 @@ void CoarseLevel::update(const parallel::Threads& threads, const CouplingSystem&
   find_columns(threads);
   add_blocks(threads, couplings);
   if (next != nullptr) {
-    hand_on(threads, next->parts_);
+    coarsen_couplings(threads, next->jacobians_);
   } else {
     factor_.update(bodies_, coupled_);
   }
 }
 
 simd::SixMatrix CoarseLevel::matrix() const {
-  return {.first = beside_.rows(), .second = coupled_beside_.rows(), .inverses = inverses_.data()};
+  return {
+      .first = off_diagonal_.rows(), .second = coupled_off_diagonal_.rows(), .inverses = inverses_.data()};
 }
 
 void CoarseLevel::solve(const parallel::Threads& threads, std::span<CoarseLevel> below) {
@@ -251,7 +255,8 @@ void CoarseLevel::solve(const parallel::Threads& threads, std::span<CoarseLevel>
   }
 }
 
-/// Adds the correction by the levels below for the residual after a forward sweep with this change.
+/// Adds the correction from the levels below to the solution. The correction is for the residual after a
+/// forward sweep that made this change.
 void CoarseLevel::correct(const parallel::Threads& threads, std::span<CoarseLevel> below,
                           std::span<const simd::Six> change) {
   const simd::SixMatrix a = matrix();

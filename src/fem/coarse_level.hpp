@@ -13,26 +13,27 @@
 
 namespace palpate::fem {
 
-/// Jacobians of couplings on a level: one 3x6 block (relative velocity per unknown) per coupling and node.
-struct CouplingParts {
-  struct Part {
+/// Jacobians of the couplings on a level: for each coupling and node a 3x6 block, which maps the node's
+/// unknowns to the relative velocity.
+struct CouplingJacobians {
+  struct Block {
     std::uint32_t node = 0;
     Dense<3, 6> motion{};
   };
-  std::vector<std::uint32_t> begin;  ///< (n_couplings + 1) into parts
-  std::vector<std::uint32_t> count;  ///< (n_couplings) number of used parts from there
-  std::vector<Part> parts;
+  std::vector<std::uint32_t> begin;  ///< (n_couplings + 1) first block of each coupling
+  std::vector<std::uint32_t> count;  ///< (n_couplings) number of blocks in use
+  std::vector<Block> blocks;
 
-  [[nodiscard]] std::span<const Part> of(std::size_t coupling) const {
-    return std::span(parts).subspan(begin[coupling], count[coupling]);
+  [[nodiscard]] std::span<const Block> of(std::size_t coupling) const {
+    return std::span(blocks).subspan(begin[coupling], count[coupling]);
   }
   /// The Jacobian block of a coupling at a node; appended if missing.
-  Part& part(std::size_t coupling, std::uint32_t node);
-  /// Reserves most[c] blocks for coupling c and marks all as unused.
-  void reset(std::size_t couplings, const std::vector<std::uint32_t>& most);
+  Block& block(std::size_t coupling, std::uint32_t node);
+  /// Reserves limits[c] blocks for coupling c and marks all as unused.
+  void reset(std::size_t couplings, const std::vector<std::uint32_t>& limits);
 };
 
-/// Blocks in float, in the layout of the kernels.
+/// Matrix blocks in float, in the layout of the kernels.
 struct PaddedBlocks {
   std::vector<std::uint32_t> begin{0};
   std::vector<std::uint32_t> columns;
@@ -45,39 +46,39 @@ void store_padded(const Dense<N, M>& block, float* place);
 template <std::size_t N, std::size_t M>
 PaddedBlocks padded(const BlockRows<N, M>& rows);
 
-/// A level of a hierarchy below the finest, with six unknowns a node. The matrix of the bodies is constant;
-/// each update() makes a new one of the couplings.
+/// A level of the multigrid hierarchy below the finest, with six unknowns for each node. The matrix of the
+/// bodies is constant. Each update() makes the matrix of the couplings again.
 class CoarseLevel {
  public:
   explicit CoarseLevel(BlockRows<6, 6> bodies);
-  /// \param transfer  from the nodes of the next level
+  /// \param transfer  from the nodes of the next level to this one
   void connect(const BlockRows<6, 6>& transfer, std::size_t next_count);
 
   [[nodiscard]] std::size_t size() const { return bodies_.size(); }
   [[nodiscard]] const BlockRows<6, 6>& bodies() const { return bodies_; }
   [[nodiscard]] const BlockRows<6, 6>& couplings() const { return coupled_; }
-  [[nodiscard]] CouplingParts& parts() { return parts_; }
+  [[nodiscard]] CouplingJacobians& jacobians() { return jacobians_; }
   /// Right side and solution of this level (n_nodes).
   [[nodiscard]] std::span<simd::Six> right_side() { return right_side_; }
   [[nodiscard]] std::span<simd::Six> solution() { return solution_; }
 
-  /// Copies the couplings from parts(), and passes them to the next level.
-  /// \param next  nullptr: this is the coarsest.
+  /// Makes the couplings' matrix from jacobians(), and passes the Jacobians to the next level.
+  /// \param next  nullptr: this is the coarsest level
   void update(const parallel::Threads& threads, const CouplingSystem& couplings, CoarseLevel* next);
-  /// Solves from zero by two cycles of Gauss-Seidel and the levels below; exactly on the coarsest level.
+  /// Solves from zero by two cycles of Gauss-Seidel and the levels below; on the coarsest level exactly.
   void solve(const parallel::Threads& threads, std::span<CoarseLevel> below);
 
  private:
-  /// A coupling that holds a node.
+  /// A coupling that acts on a node.
   struct Entry {
     std::uint32_t coupling = 0;
-    std::uint32_t part = 0;
+    std::uint32_t block = 0;
   };
   void list_couplings();
   void find_columns(const parallel::Threads& threads);
   void add_blocks(const parallel::Threads& threads, const CouplingSystem& couplings);
   void invert_diagonal(std::size_t node);
-  void hand_on(const parallel::Threads& threads, CouplingParts& next);
+  void coarsen_couplings(const parallel::Threads& threads, CouplingJacobians& next);
   template <class Body>
   void for_each_column(std::size_t node, std::vector<std::uint32_t>& place, Body&& body);
   void correct(const parallel::Threads& threads, std::span<CoarseLevel> below,
@@ -85,23 +86,23 @@ class CoarseLevel {
   [[nodiscard]] simd::SixMatrix matrix() const;
 
   BlockRows<6, 6> bodies_;
-  PaddedBlocks beside_;       ///< of the bodies, without the diagonal
-  PaddedBlocks transfer_;     ///< from the next level
-  PaddedBlocks restriction_;  ///< to the next level
-  CouplingParts parts_;
-  std::vector<std::uint32_t> entry_begin_;  ///< (n_nodes + 1)
+  PaddedBlocks off_diagonal_;  ///< blocks of the bodies' matrix off the diagonal
+  PaddedBlocks transfer_;      ///< interpolation from the next level
+  PaddedBlocks restriction_;   ///< restriction to the next level
+  CouplingJacobians jacobians_;
+  std::vector<std::uint32_t> entry_begin_;  ///< (n_nodes + 1) into entries_
   std::vector<std::uint32_t> next_entry_;   ///< scratch
   std::vector<Entry> entries_;
-  BlockRows<6, 6> coupled_;  ///< of the couplings, with the diagonal
-  PaddedBlocks coupled_beside_;
-  std::vector<std::vector<std::uint32_t>> places_;  ///< of each chunk, by node: scratch
+  BlockRows<6, 6> coupled_;  ///< matrix of the couplings, with its diagonal
+  PaddedBlocks coupled_off_diagonal_;
+  std::vector<std::vector<std::uint32_t>> places_;  ///< for each chunk, by node: scratch
   std::vector<std::uint8_t> changed_;               ///< 1: couplings add to the diagonal
   simd::AlignedVector<float> inverses_;
   simd::AlignedVector<simd::Six> right_side_;
   simd::AlignedVector<simd::Six> solution_;
   simd::AlignedVector<simd::Six> residual_;
-  simd::AlignedVector<simd::Six> change_;  ///< scratch
-  std::vector<std::uint32_t> most_parts_;  ///< scratch
+  simd::AlignedVector<simd::Six> change_;    ///< scratch
+  std::vector<std::uint32_t> block_limits_;  ///< scratch
   CoarsestFactor factor_;
 };
 

@@ -16,8 +16,8 @@ std::span<const std::uint32_t> columns(const BlockRows<6, 6>& rows, Index row) {
 
 }  // namespace
 
-/// Reverse Cuthill & McKee (George & Liu 1981, section 4.3): breadth first from nodes of few neighbours,
-/// backwards.
+/// Reverse Cuthill-McKee order (George & Liu 1981, section 4.3): breadth first from a node with few
+/// neighbours, then reversed.
 void CoarsestFactor::order(const BlockRows<6, 6>& bodies, const BlockRows<6, 6>& couplings) {
   const std::size_t count = bodies.size();
   const auto degree = [&](Index a) { return columns(bodies, a).size() + columns(couplings, a).size(); };

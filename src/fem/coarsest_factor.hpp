@@ -21,9 +21,9 @@ class CoarsestFactor {
  private:
   void order(const BlockRows<6, 6>& bodies, const BlockRows<6, 6>& couplings);
 
-  std::vector<Index> order_;         ///< nodes in the order of rows
-  std::vector<Index> row_;           ///< of each node
-  std::vector<Index> first_;         ///< of each row
+  std::vector<Index> order_;         ///< node of each row
+  std::vector<Index> row_;           ///< row of each node
+  std::vector<Index> first_;         ///< first column of each row's envelope
   std::vector<Index> degree_order_;  ///< scratch
   EnvelopeCholesky factor_;
   std::vector<Vector6> vector_;  ///< by row

@@ -7,12 +7,13 @@
 namespace palpate::fem {
 namespace {
 
-/// Fractions of the goal: for the estimated error, and for the drift of the float residual from the true one.
+/// Fractions of the goal that are allowed: for the estimated error, and for the drift of the float residual
+/// from the true one.
 constexpr double estimated_fraction = 0.9;
 constexpr double drift_fraction = 0.1;
 /// Safety factor of the error estimate from the changes of the solution (multigrid).
 constexpr double safety = 2.0;
-/// A float residual that has fallen by this factor has few correct digits left.
+/// If the float residual has fallen by this factor, few of its digits are correct.
 constexpr double stale_below = 1e-5;
 double dot(const simd::Padded3& a, const simd::Padded3& b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;
@@ -41,7 +42,8 @@ bool ConjugateGradients::reached(const SolveGoal& goal, const SolveReport& repor
   return found <= fraction * goal.tolerance;
 }
 
-/// Adds up the solution and computes the true residual; returns whether the goal is reached.
+/// Adds the iterations' result to the solution and computes the true residual. Returns whether the goal is
+/// reached.
 bool ConjugateGradients::check_true_residual(Run& run, SolveReport& report) {
   flush(run);
   find_residual(run);
@@ -57,8 +59,8 @@ bool ConjugateGradients::check_true_residual(Run& run, SolveReport& report) {
   return reached(run.goal, report, 1.0) && (near || !run.goal.of_solution);
 }
 
-/// Replaces the residual of the iterations by the true one. Returns beta: the factor of the last direction in
-/// the next.
+/// Replaces the residual of the recurrence by the true one. Returns beta, the factor of the last direction in
+/// the next one.
 double ConjugateGradients::replace(Run& run, const SolveReport& report) {
   load(run);
   run.sums = advance(run, 0.0);
@@ -78,7 +80,7 @@ void ConjugateGradients::precondition(Run& run, const SolveReport& report) {
 }
 
 int ConjugateGradients::patience(const LinearSystem& system) {
-  constexpr double of_iterations = 25.0;  // products: a usual solve with multigrid and its setup
+  constexpr double of_iterations = 25.0;  // products: cost of a typical solve with multigrid, with its setup
   constexpr double aggregate = 18.0;      // points
   constexpr double most_pairs = 64.0;     // pairs of aggregates that a coupling joins
   constexpr double blocks_a_pair = 80.0;  // cost of a pair on all levels
@@ -90,12 +92,12 @@ int ConjugateGradients::patience(const LinearSystem& system) {
   return static_cast<int>(std::min(of_iterations + couplings / std::max(blocks, 1.0), 1e6));
 }
 
-/// Chooses the first preconditioner, and when to change to multigrid.
+/// Chooses the first preconditioner, and the iteration at which to change to multigrid.
 void ConjugateGradients::choose(Run& run, SolveReport& report) {
   run.change_at = std::numeric_limits<int>::max();
   if (run.multigrid == nullptr || run.goal.preconditioner == Preconditioner::jacobi) return;
   const bool automatic = run.goal.preconditioner == Preconditioner::automatic;
-  // The cap must leave enough iterations for multigrid.
+  // Leave enough iterations for multigrid below the maximum.
   const int most = std::min(patience(run.system), run.goal.max_iterations * 9 / 10);
   if (automatic && report.jacobi_iterations < most) {
     run.change_at = most;
@@ -156,7 +158,7 @@ SolveReport ConjugateGradients::solve(const parallel::Threads& threads, LinearSy
       beta = replace(run, report);
       continue;
     }
-    if (!begun) {  // only here, as a good guess needs no preconditioner
+    if (!begun) {  // not earlier: a good guess needs no preconditioner
       choose(run, report);
       precondition(run, report);
       begun = true;

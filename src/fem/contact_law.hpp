@@ -10,13 +10,13 @@
 
 namespace palpate::fem {
 
-/// Force of one contact over a step as a function of the relative velocity u of point and tet at the END of
+/// Force of one contact over a step, as a function of the relative velocity u of point and tet at the END of
 /// the step. With R = damping + time_step * stiffness:
-/// - normal force f_n = stiffness * depth - R (u . direction) where that is positive, else the contact is
-///   open: no force at all;
-/// - friction by a spring and damper across the direction, p = -stiffness * slip - R u_across. |p| at most
-///   mu f_n: the contact sticks with force p; else it slides with mu f_n p / |p| (Coulomb; return mapping as
-///   in Alart & Curnier, Comput. Methods Appl. Mech. Eng. 92 (1991)).
+/// - normal force f_n = stiffness * depth - R (u . direction) if that is positive; otherwise the contact is
+///   open and has no force;
+/// - friction by a spring and damper across the direction, p = -stiffness * slip - R u_across. If |p| <= mu
+///   f_n, the contact sticks with force p. Otherwise it slides with mu f_n p / |p| (Coulomb; return mapping
+///   as in Alart & Curnier, Comput. Methods Appl. Mech. Eng. 92 (1991)).
 struct ContactLaw {
   double stiffness = 0.0;  ///< N/m
   double damping = 0.0;    ///< N s/m
@@ -36,7 +36,7 @@ struct StepFriction {
 /// Force of a law at a relative velocity.
 struct ContactForce {
   double normal = 0.0;  ///< >= 0, N
-  Vec3 pull{};          ///< p: the friction without its bound, N
+  Vec3 pull{};          ///< p: friction force before it is limited to mu f_n, N
   Vec3 friction{};      ///< N
   [[nodiscard]] Vec3 whole(const Vec3& direction) const { return normal * direction + friction; }
 };

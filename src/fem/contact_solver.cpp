@@ -16,10 +16,10 @@ constexpr double drift_fraction = 0.1;
 constexpr double safety = 2.0;
 /// Iterations after which the preconditioner is renewed with the present contacts.
 constexpr int renewal = 16;
-/// Checks of the true residual after which a solve limited by rounding ends.
+/// A solve that is limited by rounding ends after this number of checks of the true residual.
 constexpr int max_residual_checks = 4;
 
-/// Directions that fit into memory.
+/// Number of directions that fit into memory.
 double most_by_memory(std::size_t rows) {
   constexpr double memory = 256e6;  // bytes
   return memory / (2.0 * 3.0 * sizeof(float) * static_cast<double>(rows));
@@ -27,8 +27,8 @@ double most_by_memory(std::size_t rows) {
 
 }  // namespace
 
-/// Number of directions so that the step in their span costs at most a fraction of the rest of an iteration,
-/// and they fit into memory.
+/// Number of directions: as many as fit into memory, and so few that the step in their span costs at most a
+/// fixed fraction of the rest of an iteration.
 std::size_t ContactSolver::most_directions(const Run& run) {
   constexpr double fraction = 0.3;
   constexpr double least = 6.0;
@@ -40,14 +40,14 @@ std::size_t ContactSolver::most_directions(const Run& run) {
   const auto contacts = static_cast<double>(run.problem.laws.size());
   const double by_cost = std::sqrt(fraction * iteration / (27.0 * contacts));
   return static_cast<std::size_t>(std::clamp(std::min(by_cost, most_by_memory(run.points().size())), least,
-                                             static_cast<double>(ReducedStep::largest)));
+                                             static_cast<double>(ReducedStep::max_directions)));
 }
 
-/// Doubles the number of directions if the residual hardly falls: with contacts, dropping directions slows
-/// convergence most. False if there are enough, or no more are allowed.
+/// Doubles the number of directions if the residual hardly falls, because with contacts, dropping directions
+/// slows convergence most. Returns false if there are enough, or no more are allowed.
 bool ContactSolver::grow(Run& run) {
   constexpr int window = 8;
-  constexpr double slow = 0.9;  // factor of the residual per iteration
+  constexpr double slow = 0.9;  // an iteration that reduces the residual less is slow
   const int iterations = run.report.iterations - run.past;
   if (iterations < window) return false;
   double expected = run.past_residual;
@@ -55,17 +55,17 @@ bool ContactSolver::grow(Run& run) {
   run.past = run.report.iterations;
   run.past_residual = run.residual();
   const double most =
-      std::min(most_by_memory(run.points().size()), static_cast<double>(ReducedStep::largest));
-  const std::size_t more = std::min(2 * reduced_.most(), static_cast<std::size_t>(most));
-  if (run.past_residual <= expected || more <= reduced_.most()) return false;
-  reduced_.grow(more);
+      std::min(most_by_memory(run.points().size()), static_cast<double>(ReducedStep::max_directions));
+  const std::size_t more = std::min(2 * reduced_.capacity(), static_cast<std::size_t>(most));
+  if (run.past_residual <= expected || more <= reduced_.capacity()) return false;
+  reduced_.increase_capacity(more);
   directions_.resize(more * values_);
   products_.resize(more * values_);
   return true;
 }
 
 /// Starts from the guess or from zero, whichever has the smaller residual, without directions. If `goes_on`,
-/// from the last solution and its directions.
+/// starts from the last solution with its directions.
 void ContactSolver::start(Run& run, bool goes_on) {
   find_residual(run);
   if (goes_on) return;
@@ -84,13 +84,13 @@ void ContactSolver::start(Run& run, bool goes_on) {
     std::ranges::copy(residual_kept_, true_residual_.begin());
   }
   reduced_.begin(most_directions(run));
-  directions_.resize(reduced_.most() * values_);
-  products_.resize(reduced_.most() * values_);
+  directions_.resize(reduced_.capacity() * values_);
+  products_.resize(reduced_.capacity() * values_);
 }
 
-/// Sets float vectors and contacts from x and the true residual.
+/// Sets the float vectors and the contacts from x and the true residual.
 void ContactSolver::restart(Run& run, bool keeps_directions) {
-  if (!keeps_directions) reduced_.begin(reduced_.most());
+  if (!keeps_directions) reduced_.begin(reduced_.capacity());
   reduced_.set_contacts(run.problem.laws, run.problem.friction);
   for (std::size_t d = 0; d < reduced_.directions(); ++d) find_rates(run, d);
   load(run);
@@ -155,7 +155,7 @@ void ContactSolver::precondition(Run& run) {
   });
 }
 
-/// Solves in the span of the directions, and adds the step to the error estimates.
+/// Solves the problem in the span of the directions, and adds the step to the error estimates.
 void ContactSolver::apply_step(Run& run) {
   run.broken = !reduced_.solve(run.threads);
   const auto c = reduced_.solution();
@@ -189,7 +189,8 @@ void ContactSolver::estimate_error(Run& run) const {
   run.report.relative_error = std::min(run.scale * std::sqrt(run.by_mass), estimate) / run.solution_unit();
 }
 
-/// Adds up the solution and computes the true residual. Returns whether the float residual was near it.
+/// Adds the iterations' result to the solution and computes the true residual. Returns whether the float
+/// residual was close to it.
 bool ContactSolver::check_true_residual(Run& run) {
   ++run.residual_checks;
   flush(run);
@@ -232,7 +233,7 @@ SolveReport ContactSolver::solve(const parallel::Threads& threads, const Contact
   start(run, goes_on);
   restart(run, true);
   run.size = std::sqrt(run.guess_by_mass);
-  if (reduced_.directions() > 0) reduced_.solve(threads);  // directions of the last call
+  if (reduced_.directions() > 0) reduced_.solve(threads);  // the directions are those of the last call
   compute_residual(run);
   run.past_residual = run.residual();
   bool begun = false;
@@ -243,7 +244,7 @@ SolveReport ContactSolver::solve(const parallel::Threads& threads, const Contact
     if ((!fixed && run.reached()) || run.report.iterations >= most) {
       const bool near = check_true_residual(run);
       estimate_error(run);
-      // The true residual may be a little above the goal where the float one was just below it.
+      // The true residual may be slightly above the goal although the float residual was below it.
       const bool done = near && (fixed || run.reached());
       if (done || run.residual_checks >= max_residual_checks || run.report.iterations >= most) break;
     }
@@ -255,7 +256,7 @@ SolveReport ContactSolver::solve(const parallel::Threads& threads, const Contact
       multigrid.update(threads, *problem.stiffened, positions);
     }
     begun = true;
-    if (reduced_.directions() == reduced_.most() && !grow(run)) shrink(run);
+    if (reduced_.directions() == reduced_.capacity() && !grow(run)) shrink(run);
     precondition(run);
     if (!add_direction(run)) {
       check_true_residual(run);
@@ -265,7 +266,7 @@ SolveReport ContactSolver::solve(const parallel::Threads& threads, const Contact
     apply_step(run);
     ++run.report.iterations;
     if (run.broken) {
-      // Rounding has made the directions dependent: restart with the true residual.
+      // Rounding has made the directions linearly dependent: restart with the true residual.
       run.exact_products = true;
       flush(run);
       find_residual(run);
@@ -275,11 +276,12 @@ SolveReport ContactSolver::solve(const parallel::Threads& threads, const Contact
   }
   run.report.converged = run.reached();
   if (!run.report.converged && run.report.relative_residual > 1.0) {
-    // Rounding prevents a solution, as for tissue far stiffer than its inertia. Zero is a better result.
+    // Rounding prevents a solution, as with tissue whose stiffness is far larger than its inertia. Zero is
+    // the better result.
     std::ranges::fill(x, simd::Padded3{});
-    reduced_.begin(reduced_.most());
+    reduced_.begin(reduced_.capacity());
   }
-  // A nonlinear solve takes about three times the iterations of a linear one, even with a good hierarchy.
+  // Even with a good hierarchy, a nonlinear solve takes about three times the iterations of a linear one.
   if (run.report.multigrid) multigrid.count(run.report.iterations / 3);
   return run.report;
 }

@@ -16,35 +16,37 @@ namespace palpate::fem {
 
 /// A step with contacts: find x with b - A x + h sum_k J_k^T f_k(J_k (v + x)) = 0.
 struct ContactProblem {
-  /// A: bodies, ties and grabs, without contacts.
+  /// A: the matrix of bodies, ties and grabs, without contacts.
   LinearSystem* system = nullptr;
-  /// A with the linearised contacts: the matrix of the preconditioners.
+  /// A with the linearised contacts added: the matrix for the preconditioners.
   LinearSystem* stiffened = nullptr;
   std::span<const ContactLaw> laws;
-  /// Couplings of `stiffened`. The last ones are the contacts, in the order of the laws.
+  /// The couplings of `stiffened`. The last ones are the contacts, in the order of the laws.
   std::span<Coupling> couplings;
   StepFriction friction{};
-  std::span<const simd::Padded3> base;  ///< (n_points) v: velocities that x adds to
+  std::span<const simd::Padded3> base;  ///< (n_points) v: the velocities to which x is added
 };
 
-/// Conjugate gradients for a step with contacts, whose forces are nonlinear: unilateral, with Coulomb's
-/// friction. As in the linear method, an iteration uses the preconditioned residual as a new direction and
-/// one product with it. But the step is the solution of the whole nonlinear problem in the span of the
+/// Conjugate gradients for a step with contacts. Contact forces are nonlinear: unilateral, with Coulomb's
+/// friction. As in the linear method, an iteration takes the preconditioned residual as a new direction and
+/// needs one product with it. But the step is the solution of the whole nonlinear problem in the span of all
 /// directions so far (ReducedStep). This is sequential subspace optimisation (Narkiss & Zibulevsky, Technion
 /// CCIT 559 (2005)), similar to nonlinear Krylov methods (Washio & Oosterlee, ETNA 6 (1997)). Without
 /// contacts it equals conjugate gradients. Contacts may change their status any number of times between two
-/// products, so a step takes as many iterations as one linear solve, or a few times that.
+/// products. So a step takes as many iterations as one linear solve, or a few times that.
 ///
-/// Memory and the cost of the contacts limit the number of directions; at the limit the last step and the
+/// Memory and the cost of the contacts limit the number of directions. At the limit, the last step and the
 /// last few directions are kept. The preconditioner is renewed with the present contacts every few
-/// iterations. Vectors are float, by rows, on a residual scaled to about 1; their sum is checked in double,
-/// as in ConjugateGradients. The same bits for every thread count. Keeps its memory between solves.
+/// iterations. Vectors are in float, by rows, on a residual scaled to about 1; their sum is checked in
+/// double, as in ConjugateGradients. The bits are the same for every thread count. Keeps its memory between
+/// solves.
 class ContactSolver {
  public:
-  /// \param b  (n_points) without contacts, zero at points that are not free
-  /// \param x          (n_points) a guess on entry, dropped if zero is better. The solution on return
+  /// \param b  (n_points) right side without contacts, zero at points that are not free
+  /// \param x          (n_points) On entry a guess; if zero is better, zero is used. On return the solution
   /// \param positions  (n_points), for Multigrid::update()
-  /// \param goes_on  x is the solution of the last call, with the same A and b: its directions are used on
+  /// \param goes_on  x is the solution of the last call, with the same A and b, so its directions are used
+  ///     again
   SolveReport solve(const parallel::Threads& threads, const ContactProblem& problem,
                     std::span<const simd::Padded3> b, std::span<simd::Padded3> x, const SolveGoal& goal,
                     Multigrid& multigrid, std::span<const Vec3> positions, bool goes_on);
@@ -79,13 +81,15 @@ class ContactSolver {
   void move_directions(const Run& run, std::size_t kept);
   [[nodiscard]] float* direction(std::size_t i) { return directions_.data() + i * values_; }
   [[nodiscard]] float* product(std::size_t i) { return products_.data() + i * values_; }
-  [[nodiscard]] double& mass(std::size_t i, std::size_t j) { return masses_[ReducedStep::largest * i + j]; }
+  [[nodiscard]] double& mass(std::size_t i, std::size_t j) {
+    return masses_[ReducedStep::max_directions * i + j];
+  }
 
   ReducedStep reduced_;
   double residual_of_zero_ = 0.0;  ///< reference for relative residuals, N s
-  // By row, in float.
-  std::size_t values_ = 0;                    ///< length of a vector
-  simd::AlignedVector<float> directions_;     ///< z_i, |z_i|_A = 1
+  // One value for each row, in float.
+  std::size_t values_ = 0;                    ///< number of values in a vector
+  simd::AlignedVector<float> directions_;     ///< z_i, with |z_i|_A = 1
   simd::AlignedVector<float> products_;       ///< A z_i
   simd::AlignedVector<float> base_residual_;  ///< at c = 0, scaled
   simd::AlignedVector<float> residual_;       ///< at the present c, scaled
@@ -93,13 +97,13 @@ class ContactSolver {
   simd::AlignedVector<float> guess_;  ///< x at c = 0
   simd::AlignedVector<simd::Quad> vector_;
   std::vector<simd::Quad>
-      forces_;  ///< impulses of couplings minus those at c = 0, scaled; 0 except for contacts
-  // By point, in double.
+      forces_;  ///< impulses of the couplings minus those at c = 0, scaled; 0 except for contacts
+  // One value for each point, in double.
   std::vector<simd::Padded3> true_residual_;
   std::vector<simd::Padded3> with_contacts_;
   std::vector<simd::Padded3> guess_kept_;
   std::vector<simd::Padded3> residual_kept_;
-  // Of the directions.
+  // Products of directions.
   std::vector<double> masses_;     ///< z_i^T M z_j
   std::vector<double> of_guess_;   ///< z_i^T M x at c = 0
   std::vector<double> of_change_;  ///< scratch

@@ -21,15 +21,15 @@ struct ContactSolver::Run {
   Multigrid& multigrid;
   std::span<const Vec3> positions;
   SolveReport report{};
-  int change_at = std::numeric_limits<int>::max();  ///< iteration at which automatic changes to multigrid
-  double scale = 1.0;                               ///< true residuals over float residuals
+  int change_at = std::numeric_limits<int>::max();  ///< iteration at which `automatic` changes to multigrid
+  double scale = 1.0;                               ///< the true residual is the float residual times this
   double guess_by_mass = 0.0;                       ///< x^T M x at c = 0
   double squares = 0.0;                             ///< |residual|^2, scaled
-  double by_mass = 0.0;                             ///< the same, weighted by 1 / m
-  double decrease = 0.0;       ///< z^T r of the last direction: decrease of the energy per c
-  double size = 0.0;           ///< of x, by mass
-  int residual_checks = 0;     ///< of the true residual
-  double past_residual = 0.0;  ///< true size at the iteration below, N s
+  double by_mass = 0.0;                             ///< squared size of the float residual, weighted by 1 / m
+  double decrease = 0.0;       ///< z^T r of the last direction: decrease of the energy for a unit of c
+  double size = 0.0;           ///< mass norm of x
+  int residual_checks = 0;     ///< number of checks of the true residual
+  double past_residual = 0.0;  ///< true size of the residual at iteration `past`, N s
   int past = 0;                ///< iteration at which the number of directions was last checked
   bool broken = false;         ///< the last direction was linearly dependent
   bool exact_products = false;

@@ -1,4 +1,4 @@
-// The vectors of ContactSolver: by point in double, by row in float.
+// The vectors of ContactSolver: in double by point, in float by row.
 #include <algorithm>
 #include <cmath>
 
@@ -14,7 +14,7 @@ constexpr std::size_t point_grain = 256;
 constexpr std::size_t contact_grain = 256;
 using ChunkOfRows = std::array<float, simd::slice_values * slice_grain>;
 
-/// Computes M v of a chunk of rows that begins with the value `from`.
+/// Computes M v for a chunk of rows. The chunk begins at index `from`.
 void weigh(std::span<const float> masses, std::size_t from, std::span<const float> v, ChunkOfRows& heavy) {
   const std::size_t first = simd::slice_rows * (from / simd::slice_values);
   for (std::size_t slice = 0; simd::slice_values * slice < v.size(); ++slice) {
@@ -38,7 +38,7 @@ void ContactSolver::resize(const Run& run) {
   vector_.assign(simd::slice_rows * slices, simd::Quad{});
   for (auto* list : {&true_residual_, &with_contacts_, &guess_kept_, &residual_kept_})
     list->assign(run.b.size(), simd::Padded3{});
-  constexpr std::size_t most = ReducedStep::largest;
+  constexpr std::size_t most = ReducedStep::max_directions;
   masses_.resize(most * most);
   for (auto* list : {&of_guess_, &of_change_}) list->resize(most);
   scaled_.resize(most);
@@ -46,7 +46,7 @@ void ContactSolver::resize(const Run& run) {
   make_room(sums_, (2 * most + 3) * parallel::chunk_count(slices, slice_grain));
 }
 
-/// b - A x in double.
+/// residual = b - A x, in double.
 void ContactSolver::find_residual(const Run& run) {
   run.problem.system->multiply_exactly(run.threads, run.x, true_residual_);
   parallel::for_each(run.threads, run.b.size(), point_grain, [&](std::size_t i) {
@@ -54,8 +54,8 @@ void ContactSolver::find_residual(const Run& run) {
   });
 }
 
-/// with_contacts_ = residual plus the impulses of the contacts at x. Returns its norm. O(contacts), in their
-/// order.
+/// with_contacts_ = residual plus the impulses of the contacts at x. Returns its norm. O(contacts); sums are
+/// in the order of the contacts.
 double ContactSolver::add_contacts(const Run& run) {
   const auto contacts = run.contacts();
   std::ranges::copy(true_residual_, with_contacts_.begin());
@@ -93,7 +93,7 @@ void ContactSolver::load(Run& run) {
   project_guess(run);
 }
 
-/// Norm by mass of the solution at c = 0.
+/// Mass norm of the solution at c = 0.
 void ContactSolver::weigh_guess(Run& run) {
   const LinearSystem& system = *run.problem.system;
   run.guess_by_mass = parallel::sum(run.threads, run.x.size(), partial_, [&](std::size_t i) {
@@ -101,7 +101,7 @@ void ContactSolver::weigh_guess(Run& run) {
   });
 }
 
-/// Inner products of the directions with residual and solution at c = 0.
+/// Inner products of the directions with the residual and with the solution at c = 0.
 void ContactSolver::project_guess(const Run& run) {
   const std::size_t slices = values_ / simd::slice_values;
   const std::size_t chunks = parallel::chunk_count(slices, slice_grain);
@@ -132,7 +132,8 @@ void ContactSolver::project_guess(const Run& run) {
   }
 }
 
-/// Relative velocities of the contacts in a direction; returns the work of their forces in it.
+/// Computes the relative velocities of the contacts in a direction. Returns the work of the contact forces in
+/// it.
 double ContactSolver::find_rates(const Run& run, std::size_t d) {
   const auto all = run.problem.stiffened->couplings().terms();
   const auto terms = all.subspan(all.size() - run.problem.laws.size());
@@ -150,7 +151,8 @@ double ContactSolver::find_rates(const Run& run, std::size_t d) {
   });
 }
 
-/// Stores the impulses of the contacts at the present c minus those at c = 0.
+/// Stores the impulses of the contacts at the present step (the coefficients c of the directions), minus those
+/// at c = 0.
 void ContactSolver::put_forces(const Run& run) {
   const std::size_t first = run.problem.couplings.size() - run.problem.laws.size();
   resize_with_room(forces_, run.problem.couplings.size());
@@ -162,7 +164,7 @@ void ContactSolver::put_forces(const Run& run) {
   });
 }
 
-/// residual = base residual - sum c_i A z_i + changes of the contact impulses; and its norms.
+/// residual = base residual - sum c_i A z_i + changes of the contact impulses. Also computes its norms.
 void ContactSolver::compute_residual(Run& run) {
   put_forces(run);
   const auto c = reduced_.solution();
@@ -287,7 +289,7 @@ void ContactSolver::add_products(const Run& run, std::size_t d) {
   }
 }
 
-/// Adds the step of c to x and sets c to 0.
+/// Adds the step that c stands for to x, and sets c to 0.
 void ContactSolver::flush(Run& run) {
   const auto c = reduced_.solution();
   const auto points = run.points();
@@ -308,7 +310,7 @@ void ContactSolver::flush(Run& run) {
   reduced_.rebase(run.threads);
 }
 
-/// Makes room for directions: keeps the last step and the last few.
+/// Makes room for new directions: keeps the last step and the last few directions.
 void ContactSolver::shrink(Run& run) {
   const std::size_t size = reduced_.directions();
   const std::size_t kept = size / 3;
@@ -335,7 +337,7 @@ void ContactSolver::shrink(Run& run) {
   project_guess(run);
 }
 
-/// Moves the last step to the first place and the last directions behind it, with their products.
+/// Moves the last step to the first place and the last directions after it, with their products.
 void ContactSolver::move_directions(const Run& run, std::size_t kept) {
   const auto change = reduced_.change();
   const std::size_t size = reduced_.directions();

@@ -17,8 +17,8 @@ namespace palpate::fem {
 /// x[points[k]]: a contact has (1, -w0, .., -w3), a grab spring (1).
 ///
 /// Linearised at the start of a step of length h, the force on u is force - (damping + h stiffness) u', with
-/// u' the time derivative of u at the END of the step. Point k receives coefficients[k] times it. No point
-/// appears twice.
+/// u' the time derivative of u at the END of the step. Point k receives coefficients[k] times this force. No
+/// point appears twice.
 struct Coupling {
   std::array<Index, 5> points{-1, -1, -1, -1, -1};  ///< -1: unused
   std::array<double, 5> coefficients{};
@@ -27,35 +27,35 @@ struct Coupling {
   SymmetricMatrix3 damping;    ///< -d force / d u', positive semi-definite, N s/m
 };
 
-/// u, or its time derivative, from the points' positions, or velocities (n_points x 3).
+/// u from positions, or its time derivative from velocities, of all points (n_points x 3).
 [[nodiscard]] Vec3 relative(const Coupling& coupling, std::span<const Vec3> values);
 
 /// The force on u over a step of length `time_step`, N, from the velocities at its end (n_points x 3). It is
-/// the force that the step used, so that sums over couplings balance weight and momentum.
+/// the force that the step used. So sums over couplings balance weight and change of momentum.
 [[nodiscard]] Vec3 end_force(const Coupling& coupling, double time_step,
                              std::span<const Vec3> velocities_end);
 
-/// The couplings' part of the linear system of a step, never assembled: W = sum_c J_c^T (h D_c + h^2 S_c)
-/// J_c, with J_c the coefficients of coupling c, restricted to the free points.
+/// The couplings' part of the linear system of a step: W = sum_c J_c^T (h D_c + h^2 S_c) J_c, with J_c the
+/// coefficients of coupling c, restricted to the free points. It is never assembled.
 ///
-/// Products go in two phases: each coupling computes its own vector, then each point gathers from the
-/// couplings that hold it, ascending. Keeps its memory between steps.
+/// A product has two phases: each coupling computes its own vector, then each point adds up the vectors of
+/// its couplings, in ascending order. Keeps its memory between steps.
 class CouplingSystem {
  public:
-  /// Takes the couplings of a step; the span must stay valid until the next call. O(n_points + n_couplings).
+  /// Sets the couplings of a step. The span must stay valid until the next call. O(n_points + n_couplings).
   /// \param free  (n_points) 1: free. All points of couplings must be in [0, n_points)
   void set(std::span<const Coupling> couplings, double time_step, std::span<const std::uint8_t> free);
 
   [[nodiscard]] std::size_t size() const { return couplings_.size(); }
   /// Phase 1 of W x in double, for x of (n_points).
   void multiply(const parallel::Threads& threads, std::span<const simd::Padded3> x);
-  /// Phase 2: a free point's part of W x.
+  /// Phase 2: the row of W x of a free point.
   [[nodiscard]] Vec3 product(Index point) const;
   /// Prepares products in float, of vectors in this order. O(n_rows + n_couplings).
   /// \param row_of_point  (n_points), -1: no row
   /// \param row_count  number of rows, including padding
   void order(std::span<const Index> row_of_point, std::size_t row_count);
-  /// Phase 1 in float, in the order of order(); and the data for phase 2.
+  /// Phase 1 in float, in the order given to order(); also prepares phase 2.
   void multiply(const parallel::Threads& threads, std::span<const simd::Quad> x);
   [[nodiscard]] simd::CouplingRows rows() const;
   /// Phase 1 in float of these couplings only.
@@ -65,7 +65,7 @@ class CouplingSystem {
   [[nodiscard]] std::span<const simd::CouplingTerm> terms() const { return terms_; }
   /// Whether a free point is in any coupling.
   [[nodiscard]] bool holds(Index point) const { return at(begin_, point + 1) > at(begin_, point); }
-  /// The block of W on the diagonal at a free point.
+  /// The diagonal block of W at a free point.
   [[nodiscard]] SymmetricMatrix3 diagonal_block(Index point) const;
   /// Sum of the couplings' forces at the start of the step on a free point, N.
   [[nodiscard]] Vec3 start_force(Index point) const;
@@ -75,7 +75,7 @@ class CouplingSystem {
   [[nodiscard]] SymmetricMatrix3 weight(std::size_t coupling) const;
 
  private:
-  /// The part of a coupling at a point.
+  /// The contribution of a coupling at a point.
   struct Entry {
     Index coupling = 0;
     double coefficient = 0.0;
@@ -83,12 +83,12 @@ class CouplingSystem {
   [[nodiscard]] std::span<const Entry> entries(Index point) const;
 
   std::span<const Coupling> couplings_;
-  std::vector<SymmetricMatrix3> weights_;  ///< h D + h^2 S
-  std::vector<Vec3> products_;             ///< phase 1, per coupling
+  std::vector<SymmetricMatrix3> weights_;  ///< h D + h^2 S of each coupling
+  std::vector<Vec3> products_;             ///< result of phase 1, for each coupling
   std::vector<Index> begin_;               ///< (n_points + 1) into entries_
   std::vector<Index> next_;
   std::vector<Entry> entries_;  ///< by point, couplings ascending
-  // The same in float, by rows.
+  // The same data in float, by rows.
   std::vector<simd::CouplingTerm> terms_;
   std::vector<simd::Quad> row_products_;
   std::vector<Index> row_begin_;

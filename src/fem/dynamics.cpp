@@ -119,9 +119,9 @@ Dynamics::Dynamics(const Bodies& bodies, const Materials& materials, std::vector
   factors_.resize(elements);
   elastic_fractions_.resize(elements);
   damping_fractions_.resize(elements);
-  full_points_.resize(points);
+  nonlinear_points_.resize(points);
   for (Index e = elements_.nonlinear_begin(); e < elements_.size(); ++e) {
-    for (const Index corner : at(elements_.corners(), e)) at(full_points_, corner) = 1;
+    for (const Index corner : at(elements_.corners(), e)) at(nonlinear_points_, corner) = 1;
   }
   for (auto* vector : {&velocities_, &velocity_changes_, &point_forces_, &mean_velocities_,
                        &linear_positions_, &loads_, &linear_forces_}) {
@@ -134,12 +134,11 @@ Dynamics::Dynamics(const Bodies& bodies, const Materials& materials, std::vector
   mark_held_bodies();
 }
 
-/// Marks bodies with points that do not move freely, and nonlinear ones, whose end positions are found
-/// otherwise.
+/// Marks the bodies that get no arcs: nonlinear ones, and bodies with points that do not move freely.
 void Dynamics::mark_held_bodies() {
   held_bodies_.assign(bodies_.size(), 0);
   for (std::size_t i = 0; i < masses_.size(); ++i)
-    if (held_axes_[i] != 0 || is_full(i)) at(held_bodies_, body_of_point_[i]) = 1;
+    if (held_axes_[i] != 0 || is_nonlinear(i)) at(held_bodies_, body_of_point_[i]) = 1;
 }
 
 void Dynamics::set_fixed_axes(const Bodies& bodies, const Materials& materials,
@@ -150,7 +149,7 @@ void Dynamics::set_fixed_axes(const Bodies& bodies, const Materials& materials,
   holds_.stop(velocities_);
 }
 
-/// Sets the mass part and the stiffness factors of the matrix (linearise()).
+/// Sets the mass part and the stiffness factors of the matrix (see linearise()).
 void Dynamics::set_time_step(double time_step) {
   if (time_step == time_step_) return;
   time_step_ = time_step;
@@ -168,8 +167,8 @@ void Dynamics::set_time_step(double time_step) {
   elements_.set_factors(factors_);
 }
 
-/// Sets the guess to dv of the last step. If that is zero, to free fall, which is then exact at any
-/// tolerance. The solver drops a guess that is worse than zero.
+/// Sets the guess: dv of the last step, or, if that is zero, dv of free fall, which is then exact at any
+/// tolerance. The solver uses zero in place of a guess that is worse than zero.
 void Dynamics::set_initial_guess(double time_step, const Vec3& gravity) {
   const double changed = parallel::sum(threads_, masses_.size(), partial_, [&](std::size_t i) {
     return velocity_changes_[i] == Vec3{} ? 0.0 : 1.0;
@@ -211,7 +210,8 @@ void Dynamics::prescribe(std::span<const Index> points, std::span<const Vec3> po
   prescribed_positions_.assign(positions.begin(), positions.end());
 }
 
-/// Sets the velocities that the solution adds to. New frames change them, so the solution is adapted.
+/// Sets the velocities to which the solution is added. A change of frames changes them, so the solution is
+/// adapted.
 void Dynamics::set_base_velocities() {
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
     if (system_.free()[i] == 0) {
@@ -275,7 +275,7 @@ void Dynamics::check_right_side() {
 
 void Dynamics::check_solution(double residual) {
   if (std::isfinite(residual) && all_finite(solution_)) return;
-  // The solver spreads an overflow to all points; it began where the force is largest.
+  // The solver spreads an overflow to all points. Report the point with the largest force, where it began.
   const auto largest = std::ranges::max_element(
       right_side_, {}, [](const simd::Padded3& a) { return largest_component(unpadded(a)); });
   throw error_at_point(static_cast<std::size_t>(largest - right_side_.begin()),
@@ -298,15 +298,15 @@ void Dynamics::find_end() {
   });
   straight_bodies_ = held_bodies_;
   for (const Index p : prescribed_points_) at(straight_bodies_, at(body_of_point_, p)) = 1;
-  bent_ = !second_order_ && rotations_.bend(threads_, positions_, mean_velocities_, straight_bodies_);
-  if (bent_) {
+  has_arcs_ = !second_order_ && rotations_.set_arcs(threads_, positions_, mean_velocities_, straight_bodies_);
+  if (has_arcs_) {
     parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
-      end_positions_[i] += rotations_.arc(body_of_point_[i], positions_[i]);
+      end_positions_[i] += rotations_.arc_displacement(body_of_point_[i], positions_[i]);
     });
   }
   for (std::size_t k = 0; k < prescribed_points_.size(); ++k) {
     at(end_positions_, prescribed_points_[k]) =
-        prescribed_positions_[k];  // so that rounding errors do not add up
+        prescribed_positions_[k];  // set exactly, so that rounding errors do not accumulate
   }
   holds_.keep(positions_, end_positions_);
 }
@@ -315,12 +315,12 @@ void Dynamics::end_step() {
   store_past();
   prescribed_points_.clear();
   std::swap(velocities_, mean_velocities_);
-  if (bent_ || rotations_.any()) {
+  if (has_arcs_ || rotations_.any()) {
     parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
       if (system_.free()[i] == 0) return;
       const Index body = body_of_point_[i];
       const Vec3 straight = velocities_[i] - rotations_.excess_velocity(body, positions_[i]);
-      velocities_[i] = rotations_.bent_velocity(body, positions_[i], straight);
+      velocities_[i] = rotations_.arc_velocity(body, positions_[i], straight);
     });
     holds_.stop(velocities_);
   }

@@ -31,21 +31,21 @@ struct DynamicsState {
   std::vector<SymmetricMatrix3> viscous_stresses;  ///< ViscousElements::stresses()
   std::vector<double> inversion_clocks;
   int jacobi_iterations = 0;              ///< SolveReport::jacobi_iterations
-  int jacobi_iterations_of_contacts = 0;  ///< the same for ContactSolver
+  int jacobi_iterations_of_contacts = 0;  ///< the same of ContactSolver
   std::vector<Vec3> multigrid_reference;  ///< (n_points x 3), m, or empty: Multigrid::reference()
   int multigrid_stale_iterations = 0;     ///< Multigrid::stale_iterations()
-  std::vector<Vec3> past_positions;       ///< (n_points x 3), m, of the step before; or empty
-  std::vector<Vec3> past_velocities;      ///< the same, m/s
-  double past_duration = 0.0;             ///< of that step, s
-  std::vector<Vec3> second_order_multigrid_reference;  ///< as multigrid_reference, of steps of second order
+  std::vector<Vec3> past_positions;       ///< (n_points x 3), m, at the start of the previous step; or empty
+  std::vector<Vec3> past_velocities;      ///< velocities then, m/s
+  double past_duration = 0.0;             ///< length of the previous step, s
+  std::vector<Vec3> second_order_multigrid_reference;  ///< as multigrid_reference, for steps of second order
   int second_order_multigrid_stale_iterations = 0;
 };
 
 /// The contacts of a step.
 struct ContactSet {
   std::span<const ContactLaw> laws;
-  /// Couplings of the step: linear ones, then from `first` on one for each law, with its points and
-  /// coefficients.
+  /// Couplings of the step: first the linear ones; then, from index `first` on, one for each law, with its
+  /// points and coefficients.
   std::span<Coupling> couplings;
   std::size_t first = 0;
   StepFriction friction{};
@@ -54,10 +54,10 @@ struct ContactSet {
 /// Positions and velocities of all points over time: finite elements (elements.hpp), one linear solve a step,
 /// and more for large deformations of hyperelastic tissue.
 ///
-/// A point is free if it is not fixed, is in no obstacle body and has mass. All others move as prescribe()
-/// says; otherwise they have velocity zero and keep their position bit for bit. Copies the data of the
-/// bodies. Allocates in the constructor (memory for couplings grows on demand), so that a steady step
-/// allocates nothing. The same bits for every thread count.
+/// A point is free if it is not fixed, is in no obstacle and has mass. All other points move as prescribe()
+/// says; without that they have velocity zero and keep their position in every bit. Copies the data of the
+/// bodies. The constructor allocates memory (that of couplings grows on demand), so a steady step allocates
+/// nothing. The bits are the same for every thread count.
 class Dynamics {
  public:
   using Report = SolveReport;
@@ -75,7 +75,7 @@ class Dynamics {
   Dynamics(const Dynamics&) = delete;
   Dynamics& operator=(const Dynamics&) = delete;
 
-  /// Holds free points along these axes (AxisHolds): the couplings of each step must include those of
+  /// Holds free points along these axes (AxisHolds). The couplings of each step must then include those of
   /// holds(). Call once, before the first step.
   void set_fixed_axes(const Bodies& bodies, const Materials& materials, std::span<const std::uint8_t> axes);
   [[nodiscard]] const AxisHolds& holds() const { return holds_; }
@@ -111,7 +111,7 @@ class Dynamics {
   /// are not checked; the positions (one for each) are copied.
   void prescribe(std::span<const Index> points, std::span<const Vec3> positions);
 
-  /// Keeps positions and velocities of the step before, for steps of second order. Off at first.
+  /// Keeps positions and velocities of the previous step, which steps of second order need. Off at first.
   void keep_past(bool on);
   /// Makes the next step BDF2 (Gear's method of second order) in place of implicit Euler:
   ///   M (3 v1 - 4 v0 + v-1) / 2 = h f(x1, v1),  3 x1 - 4 x0 + x-1 = 2 h v1,
@@ -122,14 +122,15 @@ class Dynamics {
   /// positions, velocities or the state were set), where it had another length, and where a body rotates so
   /// fast that its frame would rotate with it (BodyRotations). Tissue must not be viscous. O(n_points).
   bool start_second_order(double time_step);
-  /// Back to the start of the step after start_second_order(); else nothing.
+  /// Returns to the start of the step after start_second_order(); otherwise does nothing.
   void cancel_step();
-  /// Where the step started: positions() but for start_second_order().
+  /// Positions at the start of the step: positions(), except after start_second_order().
   [[nodiscard]] std::span<const Vec3> start_positions() const {
     return second_order_ ? start_positions_ : positions_;
   }
   [[nodiscard]] bool is_second_order() const { return second_order_; }
-  /// Of the step of implicit Euler that is made in a time step, s: 2/3 of it after start_second_order().
+  /// Length of the implicit Euler step that is solved, s: 2/3 of the time step after start_second_order(),
+  /// otherwise all of it.
   [[nodiscard]] double step_length(double time_step) const {
     return second_order_ ? 2.0 / 3.0 * time_step : time_step;
   }
@@ -143,33 +144,34 @@ class Dynamics {
   /// \param goal  its lower bounds are set to the norms for gravity and external forces alone, its
   ///              jacobi_iterations from the state
   Report solve(std::span<const Coupling> couplings, SolveGoal goal);
-  /// Call between solve() and end_step(). If bodies rotate otherwise than their frames, rotates the frames
-  /// with the solution and returns true: then solve() again. The frame has little effect on a body's
-  /// rotation, so once per step usually suffices.
+  /// Call between solve() and end_step(). If the solution rotates bodies otherwise than their frames, updates
+  /// the frames and returns true: then solve() again. The frame has little effect on a body's rotation, so
+  /// one more solve is usually enough.
   bool update_rotating_frames();
   /// Call between solve() and end_step(). Returns false if the forces of hyperelastic tissue at the end of
-  /// the step are those of the linear system; elements are then updated there. Else linearises the tissue
-  /// there (or on the line to there, if the energy exceeds the prediction of the linear system) and returns
-  /// true: then solve() again. O(n_elements), nothing without hyperelastic tets.
+  /// the step agree with those of the linear system; the elements are then updated there. Otherwise
+  /// linearises the tissue there and returns true: then solve() again. (If the energy exceeds the prediction
+  /// of the linear system, the linearisation point is moved back along the line from the last one.)
+  /// O(n_elements), nothing without hyperelastic tets.
   /// \param tolerance  largest relative error of the solution, by mass, due to a difference of these forces
   bool relinearise_tissue(double tolerance);
   /// Call after relinearise_tissue() has returned true, in place of another solve(). Hyperelastic bodies then
-  /// end the step where they were linearised: the total energy there is lower than at the start of that line.
+  /// end the step at the linearisation point, where the total energy is lower than at the last one.
   void end_where_linearised();
   /// Activations of the fibres of each material (Materials::all) from the next begin_step() on, 0 to 1.
   void set_activations(std::span<const double> activations);
-  /// solve() with contacts, whose forces follow their laws at the end of the step (ContactSolver). If the
-  /// contacts are expected to keep their status (`steady`), linear solves are tried first, and suffice if
+  /// As solve(), with contacts, whose forces follow their laws at the end of the step (ContactSolver). If the
+  /// contacts are expected to keep their status (`steady`), linear solves are tried first; they are enough if
   /// contact forces are right to 1 %. A further call in the same step, with more contacts and the same linear
   /// couplings, reuses the directions. On return the contacts' couplings hold the forces that acted.
   Report solve(const ContactSet& contacts, SolveGoal goal, bool steady);
-  /// Mean velocities over the step by the last solve(), before it by the initial guess (n_points x 3), m/s:
-  /// displacements over the time step. The velocities at its end differ only in bodies with a rotated frame
-  /// or bent paths.
+  /// Mean velocities over the step (n_points x 3), m/s: displacements divided by the time step, by the last
+  /// solve(); before it, by the initial guess. They differ from the velocities at the end of the step only in
+  /// bodies with a rotated frame or points on arcs.
   [[nodiscard]] std::span<const Vec3> mean_velocities() const { return mean_velocities_; }
   /// Call between solve() and end_step(). Throws Error naming body and tet if mean_velocities() exceed
-  /// `max_speed`, or an element has been inverted for `inverted_time` (s; empty: no limit) without
-  /// interruption and still is at the start of this step. Does not change the state.
+  /// `max_speed`, or if an element is inverted at the start of this step and has been for `inverted_time`
+  /// without interruption (s; empty: no limit). Does not change the state.
   void check_limits(double max_speed, std::optional<double> inverted_time);
   /// Positions at the end of the step by the last solve() (n_points x 3), m. end_step() uses them.
   [[nodiscard]] std::span<const Vec3> end_positions() const { return end_positions_; }
@@ -177,10 +179,10 @@ class Dynamics {
 
   /// Lists the elements that holding_forces() visits. O(n_elements).
   void find_held_elements();
-  /// Call between the last solve() and end_step(). Holding forces without couplings (n_points x 3), N: the
-  /// external force at each point that is not free so that Newton's law holds in the discrete form of step().
-  /// Zero at free points except along held axes. The loads are those of begin_step(). O(n_points + elements
-  /// at such points).
+  /// Call between the last solve() and end_step(). Holding forces, without those of couplings (n_points x 3),
+  /// N: at each point that is not free, the external force for which Newton's law holds in the discrete form
+  /// of step(). Zero at free points except along held axes. The loads are those of begin_step(). O(n_points +
+  /// elements at such points).
   void holding_forces(const Vec3& gravity, std::span<const Vec3> external_forces,
                       std::span<Vec3> forces) const;
 
@@ -188,15 +190,15 @@ class Dynamics {
   [[nodiscard]] std::span<const Vec3> velocities() const { return velocities_; }  ///< (n_points x 3), m/s
   /// dv of the last step (n_points x 3), m/s: the guess of the next step, and part of the saved state.
   [[nodiscard]] std::span<const Vec3> velocity_changes() const { return velocity_changes_; }
-  /// Plastic strain of each element in its rotated frame (n_elements), or empty if no material yields; and
-  /// its inversion clock (n_elements), s. > 0: length of the consecutive steps that it has started inverted;
-  /// < 0: time until its full bulk modulus is restored (docs/inversion.md); 0: neither. Part of the state,
-  /// too.
+  /// Plastic strain of each element in its rotated frame (n_elements), or empty if no material yields. And
+  /// its inversion clock (n_elements), s: > 0: time for which it has been inverted without interruption; < 0:
+  /// time until its full bulk modulus is restored (docs/inversion.md); 0: neither. Both are part of the
+  /// state.
   [[nodiscard]] std::span<const SymmetricMatrix3> plastic_strains() const {
     return elements_.plastic_strains();
   }
   [[nodiscard]] std::span<const double> inversion_clocks() const { return inversion_clocks_; }
-  /// Elements::tet_of_element(): the tets of these values.
+  /// The tet of each element; see Elements::tet_of_element().
   [[nodiscard]] std::span<const Index> tet_of_element() const { return elements_.tet_of_element(); }
   [[nodiscard]] std::span<const double> point_masses() const {
     return masses_;
@@ -215,8 +217,8 @@ class Dynamics {
   void set_velocity_changes(std::span<const Vec3> changes);
   /// Sets velocities of some points. The caller checks that they are finite and along free axes. O(points).
   void set_velocities(std::span<const Index> points, std::span<const Vec3> velocities);
-  /// The same for values per element, of the lengths of plastic_strains() and inversion_clocks(). Strains are
-  /// set where the material can yield and stay zero elsewhere.
+  /// Sets values per element: plastic strains and inversion clocks. Strains are set where the material can
+  /// yield and stay zero elsewhere.
   void set_plastic_strains(std::span<const SymmetricMatrix3> strains);
   void set_inversion_clocks(std::span<const double> clocks);
   /// The whole state: set_state(state()) does not change the bits of later steps. set_state() throws Error
@@ -228,7 +230,7 @@ class Dynamics {
   [[nodiscard]] double kinetic_energy();
   /// Elastic energy of all elements at the present positions, J. O(n_elements), with their rotations.
   [[nodiscard]] double elastic_energy();
-  /// Number of elements without a positive volume at the present positions. O(n_elements), and their
+  /// Number of elements without a positive volume at the present positions. O(n_elements); computes their
   /// rotations unless elastic_energy() was just called.
   [[nodiscard]] std::int64_t inverted_elements();
 
@@ -244,11 +246,11 @@ class Dynamics {
   void compute_point_forces();
   void add_rotation_forces();
   void add_displacement_forces();
-  [[nodiscard]] bool is_full(std::size_t point) const { return full_points_[point] != 0; }
+  [[nodiscard]] bool is_nonlinear(std::size_t point) const { return nonlinear_points_[point] != 0; }
   [[nodiscard]] const Vec3& linear_position(std::size_t point) const;
-  [[nodiscard]] double full_energy();
+  [[nodiscard]] double nonlinear_energy();
   [[nodiscard]] double tissue_error();
-  void shorten_step(double linear_energy, double work, double stiff_work, double promised);
+  void backtrack(double linear_energy, double work, double stiff_work, double predicted_decrease);
   void set_loads(const Vec3& gravity, std::span<const Vec3> external_forces);
   void compute_free_right_side();
   void compute_right_side();
@@ -287,26 +289,26 @@ class Dynamics {
   std::vector<std::uint8_t> rigid_;  ///< (n_bodies)
   AxisHolds holds_;
   std::vector<std::uint8_t> held_axes_;    ///< (n_points)
-  std::vector<Index> held_elements_;       ///< with a corner that is not free along all axes
-  std::vector<std::size_t> held_domains_;  ///< the same of SmoothingDomains
+  std::vector<Index> held_elements_;       ///< elements with a corner that is not free along all axes
+  std::vector<std::size_t> held_domains_;  ///< smoothing domains with such a corner
   BlockMatrix matrix_;
   CouplingSystem couplings_;
   LinearSystem system_;
-  CouplingSystem stiff_couplings_;  ///< with linearised contacts, for preconditioners
+  CouplingSystem stiff_couplings_;  ///< couplings with linearised contacts, for preconditioners
   LinearSystem stiff_system_;
   Multigrid multigrid_;
-  Multigrid second_order_multigrid_;  ///< of a system with another time step
+  Multigrid second_order_multigrid_;  ///< hierarchy of the system with the shorter time step of BDF2
   ConjugateGradients solver_;
   ContactSolver contact_solver_;
-  bool reuses_directions_ = false;                 ///< contact_solver_ has solved this linear system
-  std::vector<double> point_mass_damping_;         ///< (n_points), mean of the tets by mass
+  bool reuses_directions_ = false;                 ///< contact_solver_ has directions of this linear system
+  std::vector<double> point_mass_damping_;         ///< (n_points), mean over its tets, by mass
   std::vector<double> element_stiffness_damping_;  ///< (n_elements)
   std::vector<double> diagonal_;                   ///< (n_points), scratch: mass part of the matrix
   std::vector<double> factors_;                    ///< (n_elements), scratch: stiffness part of the matrix
   std::vector<double> partial_;
   std::vector<Vec3> positions_;
-  std::vector<Vec3> end_positions_;                     ///< by the last solve()
-  std::vector<double> inversion_clocks_;                ///< (n_elements), before the step that has begun
+  std::vector<Vec3> end_positions_;                     ///< end of the step by the last solve()
+  std::vector<double> inversion_clocks_;                ///< (n_elements), at the start of the step
   std::vector<SymmetricMatrix3> plastic_strains_next_;  ///< scratch
   std::vector<Vec3> velocities_;
   std::vector<Vec3> velocity_changes_;
@@ -314,40 +316,43 @@ class Dynamics {
   std::vector<simd::Padded3> right_side_;
   std::vector<simd::Padded3> free_right_side_;  ///< without couplings
   BodyRotations rotations_;                     ///< of the step that has begun
-  std::vector<std::uint8_t> held_bodies_;       ///< 1: not bent (BodyRotations): held or nonlinear
-  std::vector<std::uint8_t> straight_bodies_;   ///< the same, or with prescribed points
-  bool bent_ = false;                           ///< some body is bent
-  /// Linearisation positions where they differ from positions_: bodies in rotated frames, steps of second
-  /// order, and hyperelastic bodies after relinearise_tissue().
+  std::vector<std::uint8_t>
+      held_bodies_;  ///< 1: no arcs (BodyRotations), because a point is held or the body is nonlinear
+  std::vector<std::uint8_t> straight_bodies_;  ///< held_bodies_, and bodies with prescribed points
+  bool has_arcs_ = false;                      ///< points of some body move along arcs (BodyRotations)
+  /// Positions at which tissue is linearised, where they differ from positions_: bodies in rotated frames,
+  /// steps of second order, and hyperelastic bodies after relinearise_tissue().
   std::vector<Vec3> linear_positions_;
-  bool refined_ = false;                   ///< relinearise_tissue() has set them in this step
-  bool at_end_ = false;                    ///< hyperelastic elements are updated at end_positions_
-  std::vector<std::uint8_t> full_points_;  ///< (n_points) 1: of a body with a hyperelastic tet
+  bool refined_ = false;                        ///< relinearise_tissue() has set them in this step
+  bool at_end_ = false;                         ///< hyperelastic elements are updated at end_positions_
+  std::vector<std::uint8_t> nonlinear_points_;  ///< (n_points) 1: of a body with a hyperelastic tet
   std::vector<double>
       elastic_fractions_;  ///< (n_elements) h a / (h a + b): elastic part of the stiffness factor
-  std::vector<double> damping_fractions_;     ///< (n_elements) the rest
+  std::vector<double> damping_fractions_;     ///< (n_elements) the viscous part of the stiffness factor
   std::vector<simd::Padded3> displacements_;  ///< (n_points) scratch
-  std::vector<Vec3> linear_forces_;           ///< (n_points) elastic, of the linear system at its solution
-  std::vector<Vec3> loads_;                   ///< (n_points) gravity and external forces of the step, N
-  std::vector<Vec3> point_forces_;            ///< at the start of the step, without couplings
-  std::vector<Vec3> mean_velocities_;         ///< by the last solve()
-  std::vector<Index> prescribed_points_;      ///< for the next step
-  std::vector<Vec3> prescribed_positions_;    ///< at the end of the next step
+  std::vector<Vec3>
+      linear_forces_;        ///< (n_points) elastic forces that the linear system predicts at its solution
+  std::vector<Vec3> loads_;  ///< (n_points) gravity and external forces of the step, N
+  std::vector<Vec3> point_forces_;          ///< (n_points) at the start of the step, without couplings, N
+  std::vector<Vec3> mean_velocities_;       ///< by the last solve()
+  std::vector<Index> prescribed_points_;    ///< for the next step
+  std::vector<Vec3> prescribed_positions_;  ///< at the end of the next step
   std::vector<simd::Padded3> rotation_velocities_;  ///< scratch
-  std::vector<simd::Padded3> base_velocities_;      ///< at the start of the step; as prescribed if not free
-  double load_impulse_ = 0.0;                       ///< |h (M g + external forces)| over the free points, N s
-  double load_scale_ = 0.0;  ///< norm by mass of dv for gravity and external forces alone
-  double time_step_ = 0.0;   ///< of the present step, diagonal_ and factors_
-  double duration_ = 0.0;    ///< of the present step, of which BDF2 has 2/3 as time_step_
+  std::vector<simd::Padded3> base_velocities_;  ///< velocities to which the solution is added; the prescribed
+                                                ///< ones where points are not free
+  double load_impulse_ = 0.0;                   ///< |h (M g + external forces)| over the free points, N s
+  double load_scale_ = 0.0;                     ///< mass norm of dv for gravity and external forces alone
+  double time_step_ = 0.0;                      ///< of the present step; belongs to diagonal_ and factors_
+  double duration_ = 0.0;  ///< of the present time step; with BDF2, time_step_ is 2/3 of it
   bool keeps_past_ = false;
-  double past_duration_ = 0.0;         ///< of the step before
-  std::vector<Vec3> past_positions_;   ///< at its start; or empty
+  double past_duration_ = 0.0;         ///< length of the previous step, s
+  std::vector<Vec3> past_positions_;   ///< positions at the start of the previous step; or empty
   std::vector<Vec3> past_velocities_;  ///< the same
   bool second_order_ = false;          ///< start_second_order()
-  std::vector<Vec3> start_positions_;  ///< of a step of second order
+  std::vector<Vec3> start_positions_;  ///< positions at the start of a step of second order
   std::vector<Vec3> start_velocities_;
   int jacobi_iterations_ = 0;              ///< of block Jacobi, which did not suffice
-  int jacobi_iterations_of_contacts_ = 0;  ///< the same for contact_solver_, which needs more
+  int jacobi_iterations_of_contacts_ = 0;  ///< the same of contact_solver_, which needs more
   bool updated_ = false;  ///< elements_ are updated at the present positions and plastic strains
 };
 

@@ -1,4 +1,4 @@
-// Steps with contacts: linear systems if contacts keep their status, else ContactSolver.
+// Steps with contacts: linear systems while contacts keep their status, else ContactSolver.
 #include <algorithm>
 #include <cmath>
 
@@ -8,9 +8,9 @@ namespace palpate::fem {
 namespace {
 
 constexpr std::size_t contact_grain = 256;
-/// Error of forces at which a linear system suffices; see contact_error().
+/// A linear system is accepted if the error of its forces is at most this; see contact_error().
 constexpr double force_tolerance = 0.01;
-/// Number of linear systems that are tried, each with contacts linearised at the solution before.
+/// Maximum number of linear systems. Contacts are linearised at the solution before.
 constexpr int most_linear = 3;
 /// Above this error no further linear system is tried.
 constexpr double hopeless_error = 1.0;
@@ -48,7 +48,7 @@ double Dynamics::contact_error(const ContactSet& contacts) {
   return std::max(along / unit, friction > 0.0 ? across / (friction * unit) : 0.0);
 }
 
-/// Stores the forces that acted in the couplings: linearised ones, or those of the laws.
+/// Stores the forces that acted in the couplings: those of the linearised contacts, or of the laws.
 void Dynamics::put_forces(const ContactSet& contacts, bool of_laws) {
   const auto own = contacts.couplings.subspan(contacts.first);
   parallel::for_each(threads_, own.size(), contact_grain, [&](std::size_t c) {

@@ -1,4 +1,4 @@
-// The checks of Dynamics before a step is completed, and the inversion clocks.
+// The checks of Dynamics before a step is completed; and the inversion clocks.
 #include <algorithm>
 #include <string>
 
@@ -12,10 +12,10 @@ namespace palpate::fem {
 namespace {
 
 constexpr std::size_t element_grain = 256;
-/// Largest lambda / mu of an inverted element: that of nu = 1/3.
+/// Largest lambda / mu of an inverted element: the value for nu = 1/3.
 constexpr double inverted_ratio = 2.0;
-/// Time in which the bulk modulus returns after inversion, s: some periods of one tet of soft tissue. A
-/// faster return kicks neighbours that are still inverted (docs/inversion.md).
+/// Time in which the bulk modulus returns after inversion, s: several periods of one tet of soft tissue. A
+/// faster return pushes neighbours that are still inverted (docs/inversion.md).
 constexpr double bulk_return_time = 0.3;
 
 }  // namespace
@@ -36,7 +36,7 @@ Error Dynamics::error_at_point(std::size_t point, const std::string& found,
   return {body_title(body), "point " + std::to_string(own), found, expected};
 }
 
-/// Lowers the bulk modulus of inverted tets: a large one locks the tets around them.
+/// Lowers the bulk modulus of inverted tets, because a large one locks the tets around them.
 void Dynamics::set_bulk_fraction(std::size_t element) {
   const double clock = inversion_clocks_[element];
   double returned = clock > 0.0 ? 0.0 : 1.0;
@@ -78,7 +78,7 @@ void Dynamics::set_inversion_clocks(std::span<const double> clocks) {
 }
 
 void Dynamics::check_limits(double max_speed, std::optional<double> inverted_time) {
-  // Squares would overflow before the speeds do.
+  // Squares would overflow before the speeds do, so compare without them.
   const auto speed = [](const Vec3& v) { return scaled_length(v); };
   const double too_fast = parallel::sum(threads_, masses_.size(), partial_, [&](std::size_t i) {
     return speed(mean_velocities_[i]) > max_speed ? 1.0 : 0.0;
@@ -90,7 +90,7 @@ void Dynamics::check_limits(double max_speed, std::optional<double> inverted_tim
                          "at most " + number_text(max_speed) + " (limits.max_speed)");
   }
   if (!inverted_time) return;
-  constexpr double rounding = 1e-9;  // of the sum of the steps
+  constexpr double rounding = 1e-9;  // rounding error of the sum of the steps
   const double longest = *inverted_time * (1.0 - rounding);
   const auto stuck = [&](std::size_t e) {
     return elements_.inverted(static_cast<Index>(e)) && inversion_clocks_[e] >= longest;
@@ -101,7 +101,7 @@ void Dynamics::check_limits(double max_speed, std::optional<double> inverted_tim
   std::size_t first = 0;
   while (!stuck(first)) ++first;
   throw error_at_element(static_cast<Index>(first),
-                         "it inverted for " + number_text(inversion_clocks_[first]) + " s",
+                         "an inversion that has lasted " + number_text(inversion_clocks_[first]) + " s",
                          "less than " + number_text(*inverted_time) + " s (limits.inverted_time)");
 }
 

@@ -4,7 +4,7 @@
 #include "fem/dynamics.hpp"
 #include "fem/padded_vectors.hpp"
 
-// Forces that hold the points that are not free, or not along all axes.
+// Forces that hold the points that are not free, or not free along all axes.
 namespace palpate::fem {
 
 void Dynamics::find_held_elements() {
@@ -36,7 +36,7 @@ void Dynamics::holding_forces(const Vec3& gravity, std::span<const Vec3> externa
   for (std::size_t i = 0; i < masses_.size(); ++i) forces[i] = along(held_axes_[i], forces[i]);
 }
 
-/// Adds mass damping, at points of bodies that deform.
+/// Adds mass damping, at points of deformable bodies.
 void Dynamics::add_damping_forces(std::span<Vec3> forces) const {
   for (std::size_t i = 0; i < masses_.size(); ++i) {
     if (held_axes_[i] != 0 && at(rigid_, body_of_point_[i]) == 0)

@@ -20,7 +20,8 @@ void Dynamics::forget_past() {
   past_velocities_.clear();
 }
 
-/// Before positions and velocities are those of the end.
+/// Stores the positions and velocities at the start of the step. Call before they are replaced by those at
+/// the end.
 void Dynamics::store_past() {
   if (!keeps_past_) return;
   past_duration_ = duration_;

@@ -6,7 +6,7 @@
 #include "fem/check_length.hpp"
 #include "fem/dynamics.hpp"
 
-// The part of Dynamics that gets and sets its state, and the energies of it.
+// The part of Dynamics that gets and sets its state, and computes its energies.
 namespace palpate::fem {
 namespace {
 
@@ -97,9 +97,9 @@ void Dynamics::set_state(const DynamicsState& state) {
   if (state.past_positions.size() != state.past_velocities.size())
     check_length("past_velocities", state.past_velocities.size(), state.past_positions.size(), "point");
   check_optional(state.past_velocities, "past_velocities");
-  set_inversion_clocks(state.inversion_clocks);  // the last call that can throw
+  set_inversion_clocks(state.inversion_clocks);  // nothing below throws
   std::ranges::copy(state.positions, positions_.begin());
-  // set_velocities() would drop those of prescribed points, which friction depends on.
+  // Not set_velocities(): it would drop the velocities of prescribed points, which friction depends on.
   std::ranges::copy(state.velocities, velocities_.begin());
   std::ranges::copy(state.velocity_changes, velocity_changes_.begin());
   elements_.set_plastic_strains(state.plastic_strains);

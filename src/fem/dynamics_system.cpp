@@ -11,8 +11,8 @@ constexpr std::size_t point_grain = 256;
 
 }  // namespace
 
-/// Makes B = (1 + h a) M + (h b + h^2) K', with the damping a and b of the tets, and the forces: at the
-/// positions at the start of the step, or at those of place_linear_positions().
+/// Makes B = (1 + h a) M + (h b + h^2) K', with the damping a and b of the tets, and the forces. Both are at
+/// the positions at the start of the step, or at those of place_linear_positions().
 void Dynamics::linearise() {
   reuses_directions_ = false;
   at_end_ = false;
@@ -41,7 +41,7 @@ void Dynamics::form_system() {
 }
 
 /// Adds the terms of rotated frames to the forces: (h b + h^2) K' (x' - x) / h, since K' acts on
-/// displacements from the rotated positions x', and inertia.
+/// displacements from the rotated positions x'; and the inertial forces.
 void Dynamics::add_rotation_forces() {
   couplings_.set({}, time_step_, free_);
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
@@ -56,7 +56,7 @@ void Dynamics::add_rotation_forces() {
   });
 }
 
-/// Updates the elements unless they are current: they are if measuring the energy has already updated them.
+/// Updates the elements, unless the computation of the energy has already done so.
 void Dynamics::update_elements() {
   if (!updated_) elements_.update(threads_, positions_);
   updated_ = true;
@@ -76,8 +76,8 @@ void Dynamics::set_loads(const Vec3& gravity, std::span<const Vec3> external_for
     loads_[i] = masses_[i] * gravity;
     if (!external_forces.empty()) loads_[i] += external_forces[i];
   });
-  // Norms of the impulse of gravity and loads in a step, and of the velocities that it alone would give, by
-  // mass. At rest all forces cancel, so only these give a scale for errors.
+  // Norms of the impulse of gravity and loads in a step, and (by mass) of the velocity change that they alone
+  // would cause. At rest all forces cancel, so only these give a scale for errors.
   load_impulse_ =
       time_step_ * std::sqrt(parallel::sum(threads_, masses_.size(), partial_,
                                            [&](std::size_t i) { return squared_length(loads_[i]); }));
@@ -88,8 +88,8 @@ void Dynamics::set_loads(const Vec3& gravity, std::span<const Vec3> external_for
 }
 
 /// The right side without couplings, b = h f - (h C + h^2 K') v = h f + M v - B v, by a product with the
-/// present matrix B. At points that are not free v is the prescribed velocity, so that their columns act on
-/// the free rows. In rotated frames v is the mean velocity without forces.
+/// present matrix B. At points that are not free v is the prescribed velocity, so their columns act on the
+/// free rows. In rotated frames v is the mean velocity without forces.
 void Dynamics::compute_free_right_side() {
   couplings_.set({}, time_step_, free_);
   system_.multiply_exactly(threads_, base_velocities_, free_right_side_);
@@ -100,7 +100,7 @@ void Dynamics::compute_free_right_side() {
   });
 }
 
-/// Adds the couplings' part, h f - W v.
+/// Adds the couplings' part, h f - W v, to the right side.
 void Dynamics::compute_right_side() {
   couplings_.multiply(threads_, base_velocities_);
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {

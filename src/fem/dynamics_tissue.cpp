@@ -9,7 +9,8 @@ namespace palpate::fem {
 namespace {
 
 constexpr std::size_t point_grain = 256;
-/// Least decrease of the energy by an update, as a fraction of that predicted by the linear system.
+/// Smallest accepted decrease of the energy by an update, as a fraction of the decrease that the linear
+/// system predicts.
 constexpr double least_decrease = 1e-4;
 constexpr int most_halvings = 10;
 /// Relative rounding error of sums of energies.
@@ -21,21 +22,22 @@ const Vec3& Dynamics::linear_position(std::size_t point) const {
   return rotations_.any() || refined_ ? linear_positions_[point] : positions_[point];
 }
 
-/// Sets the positions of rotated bodies, in a step of second order those without force: at the start of the
-/// step, the corotational tangent, which is not the true one, would leave an error of first order.
-/// Hyperelastic bodies stay where relinearise_tissue() has put them.
+/// Sets the positions at which tissue is linearised. In rotated frames these are the rotated positions. In
+/// steps of second order they are the positions without force, because the corotational tangent is not the
+/// true derivative and would leave an error of first order at the start of the step. Hyperelastic bodies stay
+/// where relinearise_tissue() has put them.
 void Dynamics::place_linear_positions() {
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
-    if (refined_ && is_full(i)) return;
+    if (refined_ && is_nonlinear(i)) return;
     linear_positions_[i] =
         positions_[i] + (second_order_ ? time_step_ * unpadded(base_velocities_[i])
                                        : rotations_.displacement(body_of_point_[i], positions_[i]));
   });
 }
 
-/// Adds the terms of a linearisation elsewhere than at the start to the forces: the elastic part of the
-/// matrix acts on displacements from there, the damping part on those from the rotated bodies. And inertia in
-/// rotated frames.
+/// Adds the forces that arise because tissue is not linearised at the start of the step: the elastic part of
+/// the matrix acts on displacements from the linearisation positions, the damping part on displacements from
+/// the rotated bodies. Also adds the inertial forces of rotated frames.
 void Dynamics::add_displacement_forces() {
   const double rate = 1.0 / time_step_;
   const auto add = [&](std::span<const simd::Padded3> products) {
@@ -59,18 +61,18 @@ void Dynamics::add_displacement_forces() {
 }
 
 /// Elastic energy of bodies with hyperelastic tets, at the last update of the elements, J.
-double Dynamics::full_energy() {
+double Dynamics::nonlinear_energy() {
   const auto first = static_cast<std::size_t>(elements_.nonlinear_begin());
   return parallel::sum(threads_, static_cast<std::size_t>(elements_.size()) - first, partial_,
                        [&](std::size_t k) { return elements_.energy(static_cast<Index>(first + k)); });
 }
 
-/// Bound of the relative error of the solution by mass if linear_forces_ are not the elastic forces at the
+/// Bound of the relative error of the solution, by mass, if linear_forces_ are not the elastic forces at the
 /// end: |h r| weighted by 1 / m, since the matrix minus diag(m) is positive semi-definite.
 double Dynamics::tissue_error() {
   const auto elastic = elements_.point_forces();
   const double error = parallel::sum(threads_, masses_.size(), partial_, [&](std::size_t i) {
-    if (free_[i] == 0 || !is_full(i)) return 0.0;
+    if (free_[i] == 0 || !is_nonlinear(i)) return 0.0;
     return squared_length(time_step_ * (unpadded(elastic[i]) - linear_forces_[i])) / diagonal_[i];
   });
   if (error == 0.0) return 0.0;  // at rest without loads the scale is zero, too
@@ -84,7 +86,7 @@ bool Dynamics::relinearise_tissue(double tolerance) {
   if (elements_.nonlinear_begin() == elements_.size()) return false;
   at_end_ = false;
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
-    displacements_[i] = is_full(i) ? padded(end_positions_[i] - linear_position(i)) : simd::Padded3{};
+    displacements_[i] = is_nonlinear(i) ? padded(end_positions_[i] - linear_position(i)) : simd::Padded3{};
   });
   const auto stiff = elements_.multiply(threads_, displacements_, elastic_fractions_);  // h^2 K' times it
   const auto elastic = elements_.point_forces();
@@ -100,10 +102,10 @@ bool Dynamics::relinearise_tissue(double tolerance) {
   const double inertia = sum([&](std::size_t i) {
     return free_[i] == 0 ? 0.0 : rate * diagonal_[i] * squared_length(unpadded(displacements_[i]));
   });
-  const double energy = full_energy();
+  const double energy = nonlinear_energy();
   place_linear_positions();
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
-    if (is_full(i)) linear_positions_[i] = end_positions_[i];
+    if (is_nonlinear(i)) linear_positions_[i] = end_positions_[i];
   });
   refined_ = true;
   updated_ = false;
@@ -112,27 +114,27 @@ bool Dynamics::relinearise_tissue(double tolerance) {
     at_end_ = true;
     return false;
   }
-  shorten_step(energy, work, stiff_work, 0.5 * (inertia + stiff_work));
+  backtrack(energy, work, stiff_work, 0.5 * (inertia + stiff_work));
   reuses_directions_ = false;
   form_system();
   return true;
 }
 
-/// Line search: halves the update until the total energy certainly falls. The rest of the problem (inertia,
-/// couplings, contacts) is convex, and with linear tissue the solution is the minimum, at least `promised`
-/// below the start. So after a fraction s of the update the total falls if the tissue's energy exceeds that
-/// of linear tissue by less than s `promised`.
+/// Backtracking line search: halves the update until the total energy certainly decreases. The rest of the
+/// problem (inertia, couplings, contacts) is convex. With linear tissue the solution is the minimum of the
+/// energy, at least `predicted_decrease` below the start. So after a fraction s of the update the total has
+/// decreased if the tissue's energy exceeds that of linear tissue by less than s `predicted_decrease`.
 /// \param energy, work, stiff_work  of the linear tissue
-void Dynamics::shorten_step(double energy, double work, double stiff_work, double promised) {
+void Dynamics::backtrack(double energy, double work, double stiff_work, double predicted_decrease) {
   double fraction = 1.0;
   for (int halvings = 0; halvings < most_halvings; ++halvings) {
-    const double now = full_energy();
+    const double now = nonlinear_energy();
     const double linear = energy - fraction * work + 0.5 * fraction * fraction * stiff_work;
     const double slack = rounding * (std::abs(energy) + std::abs(now));
-    if (now - linear <= (1.0 - least_decrease) * fraction * promised + slack) return;
+    if (now - linear <= (1.0 - least_decrease) * fraction * predicted_decrease + slack) return;
     fraction *= 0.5;
     parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
-      if (is_full(i))
+      if (is_nonlinear(i))
         linear_positions_[i] = end_positions_[i] - (1.0 - fraction) * unpadded(displacements_[i]);
     });
     elements_.update(threads_, linear_positions_);
@@ -141,7 +143,7 @@ void Dynamics::shorten_step(double energy, double work, double stiff_work, doubl
 
 void Dynamics::end_where_linearised() {
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
-    if (free_[i] == 0 || !is_full(i)) return;
+    if (free_[i] == 0 || !is_nonlinear(i)) return;
     end_positions_[i] = linear_positions_[i];
     mean_velocities_[i] = (1.0 / time_step_) * (linear_positions_[i] - positions_[i]);
     solution_[i] = padded(mean_velocities_[i] - unpadded(base_velocities_[i]));

@@ -97,7 +97,7 @@ void Elements::add_element(const Bodies& bodies, Index tet, Index body, const Ma
   add_plasticity(material);
 }
 
-/// Fills the list from the first element that can yield on: without one it stays empty and costs nothing.
+/// Fills the list from the first element that can yield on. Without such an element it stays empty.
 void Elements::add_plasticity(const Material& material) {
   if (plasticity_.empty() && !material.plastic_yield) return;
   plasticity_.resize(corners_.size());
@@ -127,7 +127,7 @@ Matrix3 Elements::deformation_gradient(std::size_t element, std::span<const Vec3
   return f;
 }
 
-/// F - R without the plastic part: R e, with e the elastic strain.
+/// R e, with e the elastic strain: F - R without the plastic part.
 Matrix3 Elements::elastic_stretch(std::size_t element, const Matrix3& f, const Matrix3& rotation) const {
   Matrix3 stretch = f - rotation;
   if (!yields(element)) return stretch;
@@ -141,7 +141,8 @@ Matrix3 Elements::elastic_stretch(std::size_t element, const Matrix3& f, const M
   return stretch;
 }
 
-/// Runs the kernels over the groups of a chunk with one model; tets of other groups are marked as left.
+/// Runs the kernels over the groups of a chunk that have one model. Marks the tets of other groups, which are
+/// done one by one.
 void Elements::run_passes(const simd::ElementPass& pass, std::size_t begin, std::size_t end) {
   std::size_t first = begin;
   while (first < end) {
@@ -165,7 +166,7 @@ void Elements::run_passes(const simd::ElementPass& pass, std::size_t begin, std:
   }
 }
 
-/// \param forces  on its four corners
+/// \param forces  output, on the four corners
 void Elements::update_element(std::size_t element, std::span<const Vec3> positions, double* forces) {
   if (is_smoothed(element)) {
     inverted_[element] = determinant(deformation_gradient(element, positions)) > 0.0 ? 0 : 1;
@@ -202,7 +203,7 @@ void Elements::update_element(std::size_t element, std::span<const Vec3> positio
   }
   set_gradient(element, 0, -gradient_sum);
   store(-force_sum, forces);
-  if (is_full(element)) put_corotational_blocks(element);
+  if (has_tangent_blocks(element)) put_corotational_blocks(element);
 }
 
 void Elements::set_gradient(std::size_t element, int corner, const Vec3& a) {
@@ -239,7 +240,7 @@ std::span<const simd::Padded3> Elements::multiply(const parallel::Threads& threa
                          alignas(64) CornerSums::Values products;
                          simd::StiffnessPass own = pass;
                          own.products = products.data();
-                         if (!is_full(begin)) simd::stiffness_pass(own, begin, whole_groups(end));
+                         if (!has_tangent_blocks(begin)) simd::stiffness_pass(own, begin, whole_groups(end));
                          multiply_full(begin, end, vectors, products.data());
                          for (std::size_t k = 0; !weights.empty() && k < 16 * (end - begin); ++k)
                            products[k] *= weights[begin + k / 16];
@@ -288,7 +289,7 @@ void Elements::update(const parallel::Threads& threads, std::span<const Vec3> po
                          for (std::size_t e = begin; e < end; ++e) {
                            if (left_[e] != 0 || bulk_fraction_[e] != 1.0 || has_yielded(e)) {
                              update_element(e, positions, &forces[16 * (e - begin)]);
-                           } else if (is_full(e) && !is_hyperelastic(e)) {
+                           } else if (has_tangent_blocks(e) && !is_hyperelastic(e)) {
                              put_corotational_blocks(e);
                            }
                            if (viscosity_.has(e)) add_viscous_forces(e, positions, &forces[16 * (e - begin)]);
@@ -304,7 +305,7 @@ void Elements::set_displacements(const parallel::Threads& threads, std::span<con
                      [&](std::size_t i) { displacements_[i] = padded(positions[i] - points_rest_[i]); });
 }
 
-/// Needs displacements_.
+/// Uses displacements_, which must be set.
 void Elements::update_smoothing(const parallel::Threads& threads) {
   if (smoothing_.empty()) return;
   smoothing_.update(threads, displacements_, factor_, bulk_fraction_);

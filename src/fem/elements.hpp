@@ -27,7 +27,7 @@ namespace palpate::fem {
 template <std::size_t N>
 using Columns = std::array<simd::AlignedVector<double>, N>;
 
-/// The deformation of an element, and the data of its stress; see Elements.
+/// The deformation of an element, and the data for its stress; see Elements.
 struct ElementDeformation {
   Matrix3 gradient;                   ///< F
   Matrix3 rotation;                   ///< R
@@ -46,9 +46,9 @@ struct ElementDeformation {
 /// of row_order.hpp first meets them, so that neighbours in space are close in memory.
 ///
 /// There are two kinds of bodies. Those whose tets are all corotational and linear come first: their
-/// stiffness is stored in the low-rank form below. A body with a hyperelastic or a smoothed tet is *full*:
-/// the stiffness of each tet that is not smoothed is stored as blocks (hyperelastic.hpp), and its tets are
-/// sorted by model. Only Elements uses this order. Full bodies with a hyperelastic tet come last.
+/// stiffness is stored in the low-rank form below. A body with a hyperelastic or a smoothed tet has *tangent
+/// blocks*: the stiffness of each tet that is not smoothed is stored as six blocks (hyperelastic.hpp), and
+/// its tets are sorted by model. Only Elements uses this order. Bodies with a hyperelastic tet come last.
 ///
 /// *Corotational tets* (Mueller & Gross, "Interactive Virtual Materials", Graphics Interface 2004).
 /// With F = D_s D_m^-1 and R the rotation nearest to F, an element of volume V at rest has the energy
@@ -100,8 +100,8 @@ class Elements {
     return std::span(volume_).first(tets_.size());
   }                                                                                 ///< (n_elements), m^3
   [[nodiscard]] std::span<const Vec3> points_rest() const { return points_rest_; }  ///< (n_points), m
-  /// The first element of a full body, or size().
-  [[nodiscard]] Index full_begin() const { return full_begin_; }
+  /// The first element with tangent blocks, or size().
+  [[nodiscard]] Index tangent_begin() const { return tangent_begin_; }
   /// The first element of a body with a hyperelastic tet, or size().
   [[nodiscard]] Index nonlinear_begin() const { return nonlinear_begin_; }
   [[nodiscard]] const SmoothingDomains& smoothing() const { return smoothing_; }
@@ -135,9 +135,9 @@ class Elements {
   /// update(). It is r X + X^T + tr(X) I, with a_i = sqrt(factor mu V) R g_i, r = lambda / mu and X = a_i
   /// a_j^T.
   void add_stiffness(Index element, int i, int j, Matrix3& block) const;
-  /// The blocks of an element of a full body, tangent_values numbers (hyperelastic.hpp).
-  [[nodiscard]] const double* full_blocks(Index element) const;
-  /// The same at rest, with R = I.
+  /// The tangent blocks of an element, tangent_values numbers (hyperelastic.hpp).
+  [[nodiscard]] const double* element_tangent(Index element) const;
+  /// The stiffness block K'_ij at rest, with R = I.
   [[nodiscard]] Matrix3 stiffness_rest(Index element, int i, int j) const;
   [[nodiscard]] std::span<const double> factors() const { return factor_; }  ///< at least (n_elements)
   /// a_i of a corner.
@@ -145,8 +145,8 @@ class Elements {
   /// All a_i in float, corner by corner, with r as the fourth value; behind the last element at least one
   /// element of zeros.
   [[nodiscard]] std::span<const simd::Quad> gradients() const { return gradients_; }
-  /// K' times the vectors (n_points), in double: (n_points), valid until the next call. K' is the sum of K'_e
-  /// times its factor, as of the last update(). O(n_elements).
+  /// K' times the vectors (n_points), in double; the result is valid until the next call. K' is the sum of
+  /// K'_e times its factor, as of the last update(). O(n_elements).
   /// \param weights  empty, or (n_elements) a factor of each element's term
   std::span<const simd::Padded3> multiply(const parallel::Threads& threads,
                                           std::span<const simd::Padded3> vectors,
@@ -185,15 +185,16 @@ class Elements {
   void flow(const parallel::Threads& threads, std::span<const Vec3> positions, double time_step,
             std::span<SymmetricMatrix3> next) const;
 
-  /// Viscosity of the elements: the stiffness of all, and the stresses of those that are not smoothed. Forces
-  /// use it after set_time_step() or find_history(), and update().
+  /// Sets the viscosity of the elements for steps of this length: the stiffness of all, and the stresses of
+  /// those that are not smoothed. Forces use it after set_time_step() or find_history(), and update().
   [[nodiscard]] const ViscousElements& viscosity() const { return viscosity_; }
   [[nodiscard]] bool is_viscous() const;
   void set_time_step(double time_step);
   void find_history(const parallel::Threads& threads);
   /// Ends a time step at these positions. O(viscous elements).
   void relax(const parallel::Threads& threads, std::span<const Vec3> positions);
-  /// Stresses of both, the state. The order within a body does not depend on other bodies. Allocates.
+  /// Stresses of the Maxwell elements, of tets and smoothing domains: part of the state. The order within a
+  /// body does not depend on other bodies. Allocates.
   [[nodiscard]] std::vector<SymmetricMatrix3> viscous_stresses() const;
   [[nodiscard]] std::vector<Index> body_of_viscous_stress() const;
   /// Sets them from an array of that length.
@@ -205,7 +206,7 @@ class Elements {
   }
 
  private:
-  /// The model of a group of tets; kernels need one model per group.
+  /// The model of a group of tets. A kernel handles groups with one model.
   enum class GroupModel : std::uint8_t { corotational, hyperelastic, mixed };
   void add_bodies(const Bodies& bodies, const Materials& materials, std::span<const std::uint8_t> obstacles);
   void add_element(const Bodies& bodies, Index tet, Index body, const Materials& materials);
@@ -219,19 +220,20 @@ class Elements {
                      double* products) const;
   [[nodiscard]] HyperelasticLaw whole_law_of(std::size_t element) const;
   [[nodiscard]] HyperelasticLaw law_of(std::size_t element) const;
-  [[nodiscard]] Matrix3 full_block(Index element, int i, int j) const;
+  [[nodiscard]] Matrix3 tangent_block(Index element, int i, int j) const;
   [[nodiscard]] Matrix3 low_rank_block(Index element, int i, int j) const;
   [[nodiscard]] Matrix3 displacement_gradient(std::size_t element, std::span<const Vec3> positions) const;
-  [[nodiscard]] bool is_full(std::size_t element) const {
-    return element >= static_cast<std::size_t>(full_begin_);
+  [[nodiscard]] bool has_tangent_blocks(std::size_t element) const {
+    return element >= static_cast<std::size_t>(tangent_begin_);
   }
   [[nodiscard]] bool is_smoothed(std::size_t element) const {
-    return is_full(element) && smoothed_[element - static_cast<std::size_t>(full_begin_)] != 0;
+    return has_tangent_blocks(element) && smoothed_[element - static_cast<std::size_t>(tangent_begin_)] != 0;
   }
   void update_smoothing(const parallel::Threads& threads);
   void add_smoothing(const Bodies& bodies, const Materials& materials);
   [[nodiscard]] bool is_hyperelastic(std::size_t element) const {
-    return is_full(element) && hyperelastic_[element - static_cast<std::size_t>(full_begin_)] != 0;
+    return has_tangent_blocks(element) &&
+           hyperelastic_[element - static_cast<std::size_t>(tangent_begin_)] != 0;
   }
   void collect_forces(std::size_t chunk, const CornerSums::Values& forces,
                       std::span<simd::Padded3> corner_forces);
@@ -267,24 +269,24 @@ class Elements {
   simd::AlignedVector<double> factor_;
   std::vector<double> bulk_fraction_;  ///< (n_elements) of lambda
   simd::AlignedVector<double> energy_;
-  Columns<9> turned_;                           ///< a_i of corners 1 to 3
+  Columns<9> turned_;                           ///< a_i of corners 1 to 3, rotated
   simd::AlignedVector<simd::Quad> gradients_;   ///< a_i, corner by corner
   simd::AlignedVector<std::uint8_t> left_;      ///< 1: left by the pass, to be done one by one
   simd::AlignedVector<std::uint8_t> inverted_;  ///< as of the last update()
   std::vector<Index> tets_;
   std::vector<Index> body_;
   std::vector<GroupModel> group_models_;
-  // By element of full bodies, from full_begin_ on.
-  Index full_begin_ = 0;
+  // Only of elements with tangent blocks, from tangent_begin_ on.
+  Index tangent_begin_ = 0;
   Index nonlinear_begin_ = 0;
   SmoothingDomains smoothing_;
   std::vector<std::uint8_t> smoothed_;
   std::vector<std::uint8_t> hyperelastic_;
-  Columns<simd::law_columns> laws_;     ///< at full bulk modulus; up to whole groups
-  bool fibres_ = false;                 ///< any of them has fibres
+  Columns<simd::law_columns> laws_;     ///< laws with the full bulk modulus; padded to whole groups
+  bool fibres_ = false;                 ///< some element has fibres
   std::vector<Index> material_;         ///< into Materials::all
   std::vector<double> active_stress_;   ///< Pa, at full activation
-  std::vector<double> tension_;         ///< Pa; laws_ have it divided by the stiffness of viscosity
+  std::vector<double> tension_;         ///< Pa; laws_ hold it divided by the stiffness factor of viscosity
   simd::AlignedVector<double> blocks_;  ///< simd::block_stride each
   simd::AlignedVector<simd::Padded3> displacements_;  ///< (n_points), scratch
   CornerSums force_sums_;

@@ -6,7 +6,7 @@
 #include "fem/rotation.hpp"
 #include "fem/stress.hpp"
 
-// Energies and deformations of elements, and their plastic strains.
+// Energies and deformations of elements; their plastic strains.
 namespace palpate::fem {
 namespace {
 
@@ -35,7 +35,7 @@ ElementDeformation Elements::deformation(Index element, std::span<const Vec3> po
   d.hyperelastic = is_hyperelastic(e);
   if (d.hyperelastic) {
     d.law = law_of(e);
-    d.law.tension = tension_[e - static_cast<std::size_t>(full_begin_)];
+    d.law.tension = tension_[e - static_cast<std::size_t>(tangent_begin_)];
   }
   if (viscosity_.has(e)) {
     d.viscous_stress = viscosity_.stress(e);

@@ -1,4 +1,4 @@
-// Elements of full bodies: hyperelastic tets, stiffness by blocks, and fibres.
+// Elements with tangent blocks: hyperelastic tets and bodies with smoothed tets; and fibres.
 #include <algorithm>
 #include <cstddef>
 
@@ -29,22 +29,23 @@ bool is_smoothed_tet(const Materials& materials, Index tet, Index body) {
   return materials.of(tet, body).elements == ElementKind::smoothed;
 }
 
-/// Kinds of bodies by their tets.
-enum class BodyModel : std::uint8_t { low_rank, full, nonlinear };
+/// Kinds of bodies, by how the stiffness of their tets is stored.
+enum class BodyModel : std::uint8_t { low_rank, tangent_blocks, nonlinear };
 
 BodyModel model_of(const Bodies& bodies, const Materials& materials, Index body) {
   const Range tets = at(bodies.bodies(), body).tets;
   BodyModel model = BodyModel::low_rank;
   for (Index tet = tets.begin; tet < tets.end; ++tet) {
     if (is_hyperelastic_tet(materials, tet, body)) return BodyModel::nonlinear;
-    if (is_smoothed_tet(materials, tet, body)) model = BodyModel::full;
+    if (is_smoothed_tet(materials, tet, body)) model = BodyModel::tangent_blocks;
   }
   return model;
 }
 
 }  // namespace
 
-/// Adds bodies, full ones last, each with its corotational tets first and its smoothed ones last.
+/// Adds all bodies: those with tangent blocks last. Within each, corotational tets are first and smoothed
+/// ones last.
 void Elements::add_bodies(const Bodies& bodies, const Materials& materials,
                           std::span<const std::uint8_t> obstacles) {
   const std::vector<Index> order = tets_along_curve(bodies);
@@ -68,11 +69,11 @@ void Elements::add_bodies(const Bodies& bodies, const Materials& materials,
     }
   };
   add_all(BodyModel::low_rank);
-  full_begin_ = size();
-  add_all(BodyModel::full);
+  tangent_begin_ = size();
+  add_all(BodyModel::tangent_blocks);
   nonlinear_begin_ = size();
   add_all(BodyModel::nonlinear);
-  for (std::size_t e = static_cast<std::size_t>(full_begin_); e < tets_.size(); ++e)
+  for (std::size_t e = static_cast<std::size_t>(tangent_begin_); e < tets_.size(); ++e)
     add_law(materials, tets_[e], body_[e]);
   add_smoothing(bodies, materials);
   if (material_.empty()) return;
@@ -84,7 +85,7 @@ void Elements::add_bodies(const Bodies& bodies, const Materials& materials,
 void Elements::add_law(const Materials& materials, Index tet, Index body) {
   const Material& material = materials.of(tet, body);
   const auto [first, second] = invariant_moduli(material);
-  const std::size_t element = static_cast<std::size_t>(full_begin_) + material_.size();
+  const std::size_t element = static_cast<std::size_t>(tangent_begin_) + material_.size();
   const Vec3 fibre = fibre_of(materials, tet, material);
   const Fibres& fibres = material.fibres;
   const std::array<double, simd::law_columns> law{
@@ -101,7 +102,7 @@ void Elements::add_law(const Materials& materials, Index tet, Index body) {
 
 void Elements::add_smoothing(const Bodies& bodies, const Materials& materials) {
   std::vector<SmoothedTet> tets;
-  for (std::size_t e = static_cast<std::size_t>(full_begin_); e < tets_.size(); ++e) {
+  for (std::size_t e = static_cast<std::size_t>(tangent_begin_); e < tets_.size(); ++e) {
     if (!is_smoothed(e)) continue;
     SmoothedTet tet{.element = static_cast<Index>(e),
                     .material = materials.index_of(tets_[e], body_[e]),
@@ -135,11 +136,11 @@ bool Elements::set_activations(std::span<const double> activations) {
   return true;
 }
 
-/// The law that the pass uses, at full bulk modulus. Viscosity makes it stiffer in a step, except for the
-/// active tension.
+/// The law that the kernel uses, with the full bulk modulus. Viscosity makes it stiffer in a step, except for
+/// the active tension.
 HyperelasticLaw Elements::whole_law_of(std::size_t element) const {
   const auto value = [&](simd::LawColumn column) {
-    return laws_[column][element - static_cast<std::size_t>(full_begin_)];
+    return laws_[column][element - static_cast<std::size_t>(tangent_begin_)];
   };
   return {value(simd::law_first),
           value(simd::law_second),
@@ -165,7 +166,7 @@ simd::HyperelasticPass Elements::hyperelastic_pass(const simd::ElementPass& pass
   own.volumes = volume_.data();
   own.factors = pass.factors;
   for (std::size_t k = 0; k < laws_.size(); ++k) own.laws[k] = laws_[k].data();
-  own.first_law = static_cast<std::size_t>(full_begin_);
+  own.first_law = static_cast<std::size_t>(tangent_begin_);
   own.fibres = fibres_;
   own.energies = pass.energies;
   own.inverted = pass.inverted;
@@ -174,7 +175,7 @@ simd::HyperelasticPass Elements::hyperelastic_pass(const simd::ElementPass& pass
   return own;
 }
 
-/// F - I.
+/// H = F - I.
 Matrix3 Elements::displacement_gradient(std::size_t element, std::span<const Vec3> positions) const {
   const Tet& corners = corners_[element];
   const auto displacement = [&](std::size_t corner) {
@@ -202,13 +203,13 @@ void Elements::update_hyperelastic(std::size_t element, std::span<const Vec3> po
     store(force, forces + 4 * (k + 1));
   }
   store(-sum, forces);
-  const std::size_t place = block_stride * (element - static_cast<std::size_t>(full_begin_));
+  const std::size_t place = block_stride * (element - static_cast<std::size_t>(tangent_begin_));
   put_blocks(tangent(law, h), law.fibre, gradients, factor_[element] * volume_[element],
              std::span<double, tangent_values>(&blocks_[place], tangent_values));
 }
 
 void Elements::put_corotational_blocks(std::size_t element) {
-  double* blocks = &blocks_[block_stride * (element - static_cast<std::size_t>(full_begin_))];
+  double* blocks = &blocks_[block_stride * (element - static_cast<std::size_t>(tangent_begin_))];
   for (int i = 0; i < 3; ++i) {
     for (int j = i + 1; j < 4; ++j) {
       const Matrix3 block = low_rank_block(static_cast<Index>(element), i, j);
@@ -217,13 +218,13 @@ void Elements::put_corotational_blocks(std::size_t element) {
   }
 }
 
-const double* Elements::full_blocks(Index element) const {
-  return &blocks_[block_stride * static_cast<std::size_t>(element - full_begin_)];
+const double* Elements::element_tangent(Index element) const {
+  return &blocks_[block_stride * static_cast<std::size_t>(element - tangent_begin_)];
 }
 
-/// Block (i, j), i != j, of an element of a full body.
-Matrix3 Elements::full_block(Index element, int i, int j) const {
-  const double* values = full_blocks(element) + block_place(std::min(i, j), std::max(i, j));
+/// Tangent block (i, j), i != j, of an element.
+Matrix3 Elements::tangent_block(Index element, int i, int j) const {
+  const double* values = element_tangent(element) + block_place(std::min(i, j), std::max(i, j));
   Matrix3 block;
   std::copy(values, values + 9, block.values.begin());
   return i < j ? block : transposed(block);
@@ -243,13 +244,13 @@ void Elements::add_stiffness(Index element, int i, int j, Matrix3& block) const 
   const auto add = [&](const Matrix3& a, double sign) {
     for (std::size_t k = 0; k < 9; ++k) block.values[k] += sign * a.values[k];
   };
-  if (element < full_begin_) {
+  if (element < tangent_begin_) {
     add(low_rank_block(element, i, j), 1.0);
   } else if (i != j) {
-    add(full_block(element, i, j), 1.0);
+    add(tangent_block(element, i, j), 1.0);
   } else {
     for (int other = 0; other < 4; ++other) {
-      if (other != i) add(full_block(element, i, other), -1.0);
+      if (other != i) add(tangent_block(element, i, other), -1.0);
     }
   }
 }
@@ -259,22 +260,23 @@ std::array<Vec3, 4> Elements::multiply(Index element, const std::array<Vec3, 4>&
   for (int i = 0; i < 4; ++i) {
     for (int j = 0; j < 4; ++j) {
       if (i == j) continue;
-      const Matrix3 block = element < full_begin_ ? low_rank_block(element, i, j) : full_block(element, i, j);
+      const Matrix3 block =
+          element < tangent_begin_ ? low_rank_block(element, i, j) : tangent_block(element, i, j);
       at(products, i) += block * (at(vectors, j) - at(vectors, i));
     }
   }
   return products;
 }
 
-/// Products of the elements of full bodies among [begin, end), by corner.
+/// Products of the elements with tangent blocks among [begin, end), by corner.
 void Elements::multiply_full(std::size_t begin, std::size_t end, std::span<const simd::Padded3> vectors,
                              double* products) const {
-  for (std::size_t e = std::max(begin, static_cast<std::size_t>(full_begin_)); e < end; ++e) {
+  for (std::size_t e = std::max(begin, static_cast<std::size_t>(tangent_begin_)); e < end; ++e) {
     if (is_smoothed(e)) {
       std::fill_n(products + 16 * (e - begin), 16, 0.0);
       continue;
     }
-    const double* blocks = full_blocks(static_cast<Index>(e));
+    const double* blocks = element_tangent(static_cast<Index>(e));
     std::array<Vec3, 4> x;
     std::array<Vec3, 4> y{};
     for (std::size_t k = 0; k < 4; ++k) x[k] = unpadded(at(vectors, corners_[e][k]));

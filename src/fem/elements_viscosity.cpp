@@ -64,16 +64,17 @@ void Elements::set_time_step(double time_step) {
   set_tensions();
 }
 
-/// Divides tensions by the stiffness of viscosity, by which the pass multiplies them: they are not viscous.
+/// Divides tensions by the stiffness factor of viscosity, because the kernel multiplies them by it and active
+/// tension is not viscous.
 void Elements::set_tensions() {
   for (std::size_t k = 0; k < tension_.size(); ++k) {
-    const double stiffness = viscosity_.stiffness(static_cast<std::size_t>(full_begin_) + k);
+    const double stiffness = viscosity_.stiffness(static_cast<std::size_t>(tangent_begin_) + k);
     laws_[simd::law_tension][k] = tension_[k] / stiffness;
   }
-  smoothing_.set_tensions(tension_, full_begin_);
+  smoothing_.set_tensions(tension_, tangent_begin_);
 }
 
-/// Adds to the elastic forces on its corners and to its energy, which must be set.
+/// Adds the viscous part to the elastic forces on the corners and to the energy, which must be set.
 void Elements::add_viscous_forces(std::size_t element, std::span<const Vec3> positions, double* forces) {
   const double stiffness = viscosity_.stiffness(element);
   const SymmetricMatrix3& history = viscosity_.history(element);

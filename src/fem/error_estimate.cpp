@@ -11,7 +11,7 @@ namespace palpate::fem {
 namespace {
 
 constexpr double long_ago = 1e-4;
-constexpr std::size_t few = 2;  // the same, with multigrid
+constexpr std::size_t few = 2;  // iterations before there is an estimate, with multigrid
 constexpr std::size_t usual_iterations = 1024;
 constexpr std::size_t enough = 4;  // iterations before there is an estimate
 
@@ -40,7 +40,7 @@ void ErrorEstimate::add(double decrease) {
   while (first > 0 && decrease > long_ago * tails_[first]) --first;
   double ratio = 1.0;
   for (std::size_t l = first; l < tails_.size(); ++l) ratio = std::max(ratio, tails_[l] / decreases_[l]);
-  // Decreases oscillate, so use the largest of the last ones.
+  // Decreases oscillate, so use the largest of the last few.
   const std::size_t late = std::max(enough, decreases_.size() / 4);
   error_ = std::sqrt(
       ratio * *std::max_element(decreases_.end() - static_cast<std::ptrdiff_t>(late), decreases_.end()));
@@ -52,7 +52,7 @@ void ChangeEstimate::clear() {
 }
 
 void ChangeEstimate::add(double size) {
-  constexpr double vanished = 1e-2;  // ratio below which a change is too small for an estimate of the rate
+  constexpr double vanished = 1e-2;  // a smaller change gives no estimate of the convergence rate
   sizes_.push_back(size);
   tails_.push_back(0.0);
   for (double& tail : tails_) tail += size;

@@ -5,13 +5,13 @@
 
 namespace palpate::fem {
 
-/// The error of conjugate gradients in the norm of A, from the step lengths alone.
+/// Estimates the error of conjugate gradients in the norm of A, from the step lengths alone.
 ///
 /// Iteration k lowers |e|_A^2 by d_k = step_k (r_k, z_k) (Hestenes & Stiefel 1952, theorem 6:1). So the sum
-/// of d_l .. d_k is a lower bound of |e_l|_A^2, and a better one the more iterations follow l. Meurant, Papez
-/// & Tichy, "Accurate error estimation in CG", Numer. Algorithms 88 (2021), section 4: |e_k|^2 ~ S d_k, with
-/// S from earlier iterations: the largest ratio of that sum to d_l, over the l since the sum was 10^4 d_k.
-/// Deviation: their method determines a delay; here S d_k is the estimate, without a delay.
+/// of d_l .. d_k is a lower bound of |e_l|_A^2, and the bound improves with the number of iterations after l.
+/// Meurant, Papez & Tichy, "Accurate error estimation in CG", Numer. Algorithms 88 (2021), section 4: |e_k|^2
+/// ~ S d_k. S is the largest ratio of that sum to d_l in earlier iterations l, back to where the sum was 10^4
+/// d_k. Deviation: their method determines a delay; here S d_k is used without a delay.
 class ErrorEstimate {
  public:
   void clear();
@@ -27,19 +27,20 @@ class ErrorEstimate {
   double error_ = 0.0;
 };
 
-/// The error of conjugate gradients by mass, for fast convergence: the sum of all later changes of the
-/// solution bounds it. Later changes are assumed to shrink like earlier ones: |e_k| ~ S |change k|, with S
-/// the largest ratio, over the last changes, of the sum of all changes from one on to that change. The energy
-/// norm of the error depends on the stiffness of the tissue; this estimate is the error of positions.
+/// Estimates the error of conjugate gradients in the mass norm, for fast convergence. The sum of all later
+/// changes of the solution bounds the error. Later changes are assumed to shrink like earlier ones: |e_k| ~ S
+/// |change k|, where S is the largest ratio, over the last changes, of the sum of all changes from one on to
+/// that change. The energy norm of the error depends on the stiffness of the tissue; this estimate is the
+/// error of positions.
 class ChangeEstimate {
  public:
   void clear();
   /// Adds the size of the next change. O(k).
   void add(double size);
-  /// Estimate of the error before the last change; it is smaller now. Infinite while there are too few
-  /// changes.
+  /// Estimate of the error before the last change; the present error is smaller. Infinite while there are too
+  /// few changes.
   [[nodiscard]] double error() const { return error_; }
-  /// The same before a change of this size that has not been made yet.
+  /// The same if the next change, which has not been made yet, has this size.
   [[nodiscard]] double before(double size) const;
 
  private:

@@ -21,7 +21,7 @@ std::vector<std::uint8_t> marked_ends(Index n_points, std::span<const Index> fro
   std::vector<std::uint8_t> ends(static_cast<std::size_t>(n_points), 0);
   for (std::uint8_t end = 0; end < 2; ++end) {
     const std::span<const Index> points = end == 0 ? from : to;
-    if (points.empty()) throw Error(function, end_names[end], "no point", "one or more");
+    if (points.empty()) throw Error(function, end_names[end], "no point", "one or more points");
     for (const Index point : points) {
       if (point < 0 || point >= n_points) {
         throw Error(function, end_names[end], "point " + std::to_string(point),
@@ -29,7 +29,7 @@ std::vector<std::uint8_t> marked_ends(Index n_points, std::span<const Index> fro
       }
       if (end == 1 && at(ends, point) == 1) {
         throw Error(function, end_names[end], "point " + std::to_string(point) + ", which is in 'from' too",
-                    "ends that do not touch");
+                    "ends without a common point");
       }
       at(ends, point) = static_cast<std::uint8_t>(end + 1);
     }
@@ -57,12 +57,12 @@ void check_pieces(const fem::ScalarTets& tets, std::span<const std::uint8_t> end
     const std::uint8_t there = at(has, at(pieces, tets.corners(tet)[0]));
     if (there == 3) continue;
     throw Error(function, end_names[there == 1 ? 1 : 0],
-                "none of its points in the piece of the body that has tet " + std::to_string(tet),
-                "both ends in each piece");
+                "no point of this end in the connected piece of the body with tet " + std::to_string(tet),
+                "points of both ends in each piece");
   }
 }
 
-/// Fills tets without a direction by the mean of tets with a common point, repeatedly.
+/// Sets missing directions to the mean of those of tets with a common point, repeatedly.
 void fill_gaps(const Bodies& bodies, Range tets, std::vector<Vec3>& directions) {
   std::vector<Index> open;
   for (Index tet = 0; tet < tets.size(); ++tet)
@@ -78,7 +78,8 @@ void fill_gaps(const Bodies& bodies, Range tets, std::vector<Vec3>& directions) 
     for (std::size_t i = 0; i < open.size(); ++i) at(directions, open[i]) = found[i];
     const std::size_t before = open.size();
     std::erase_if(open, [&](Index tet) { return at(directions, tet) != Vec3{}; });
-    if (open.size() == before) return;  // directions cancel: the remaining tets keep that of their material
+    if (open.size() == before)
+      return;  // directions cancel: the remaining tets keep the direction of their material
   }
 }
 

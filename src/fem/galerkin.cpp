@@ -7,7 +7,7 @@ namespace {
 
 constexpr std::size_t chunks = 16;
 
-/// Places of the present columns of a row.
+/// Maps column numbers to places in the row that is being made.
 class Found {
  public:
   explicit Found(std::size_t count) : place_(count, none) {}

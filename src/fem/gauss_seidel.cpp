@@ -28,7 +28,7 @@ GaussSeidel::GaussSeidel(const BlockMatrix& matrix)
   }
 }
 
-/// Lists the couplings of each colour, and bounds those within one colour on the diagonal.
+/// Lists the couplings of each colour. Couplings within one colour are bounded on the diagonal.
 void GaussSeidel::bound_couplings(const LinearSystem& system) {
   const auto terms = system.couplings().terms();
   const std::size_t colors = matrix_->slices_of_color().size();

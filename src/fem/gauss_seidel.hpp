@@ -23,13 +23,13 @@ class GaussSeidel {
   /// Copies the matrix and the couplings after LinearSystem::update_preconditioner(). O(n_points +
   /// n_couplings).
   void update(const parallel::Threads& threads, const LinearSystem& system);
-  /// Sweeps over all colours, from the first or from the last, for A z = r; z by rows, r by slices.
+  /// Sweeps over all colours, from the first to the last or in reverse, for A z = r; z by rows, r by slices.
   void forward(const parallel::Threads& threads, LinearSystem& system, std::span<const float> r,
                std::span<simd::Quad> z) const;
   void backward(const parallel::Threads& threads, LinearSystem& system, std::span<const float> r,
                 std::span<simd::Quad> z) const;
   /// The matrix in the layout of the kernels.
-  /// \param rotations  for kernels that rotate
+  /// \param rotations  for kernels that rotate unknowns
   [[nodiscard]] simd::SmootherRows rows(const LinearSystem& system, const float* rotations) const;
 
  private:

@@ -1,4 +1,4 @@
-// The vectors of conjugate gradients: by point in double, by row in float.
+// The vectors of conjugate gradients: in double by point, in float by row.
 #include <algorithm>
 #include <cmath>
 
@@ -27,7 +27,7 @@ void ConjugateGradients::find_residual(const Run& run) {
                      [&](std::size_t i) { residual_[i] = minus(run.b[i], product_[i]); });
 }
 
-/// residual = b - A x for the better of the guess and zero. Returns |b|; if that is 0, x = 0.
+/// residual = b - A x for the guess x, or for x = 0 if that is better. Returns |b|; if that is 0, sets x = 0.
 double ConjugateGradients::start(const Run& run) {
   const std::size_t points = run.b.size();
   const double squared_b = parallel::sum(run.threads, points, partial_sums_,
@@ -43,7 +43,7 @@ double ConjugateGradients::start(const Run& run) {
     return std::sqrt(squared_b);
   }
   find_residual(run);
-  // Squared residual of zero minus that of the guess.
+  // Squared residual of zero minus the squared residual of the guess.
   const double gain = parallel::sum(run.threads, points, partial_sums_, [&](std::size_t i) {
     return dot(run.b[i], run.b[i]) - dot(residual_[i], residual_[i]);
   });
@@ -156,7 +156,7 @@ void ConjugateGradients::next_direction(const Run& run, double beta) {
 double ConjugateGradients::multiply(Run& run) {
   if (!run.exact_products) return run.system.multiply(run.threads, direction_, row_product_);
   const auto points = run.system.blocks().point_of_row();
-  // The residual by point is not needed before the next check.
+  // The residual by point is not needed before the next check, so its memory is used here.
   parallel::for_each(run.threads, points.size(), point_grain, [&](std::size_t row) {
     if (points[row] < 0) return;
     const simd::Quad& p = direction_[row];

@@ -12,7 +12,7 @@ double product(std::span<const double> a, std::span<const double> b) {
   return sum;
 }
 
-/// a times b where the point is free and used by a tet, else 0.
+/// Product a b where the point is free and belongs to a tet; else 0.
 void precondition(std::span<const double> inverse, std::span<const double> residual, std::vector<double>& z) {
   for (std::size_t i = 0; i < z.size(); ++i) z[i] = inverse[i] * residual[i];
 }
@@ -37,7 +37,8 @@ ScalarTets::ScalarTets(std::span<const Vec3> points, std::span<const Tet> tets, 
   }
 }
 
-/// Uses differences to the first corner, so that the gradient of a constant field is exactly zero.
+/// Uses differences to the value at the first corner, so that the gradient of a constant field is exactly
+/// zero.
 Vec3 ScalarTets::gradient(std::size_t tet, std::span<const double> field) const {
   const Tet& corner = tets_[tet];
   Vec3 sum{};

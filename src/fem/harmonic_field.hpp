@@ -8,11 +8,11 @@
 
 namespace palpate::fem {
 
-/// Linear tets of one body for a scalar field: the gradients of the shape functions.
+/// Linear tets of one body for a scalar field: gradients of the shape functions.
 class ScalarTets {
  public:
   /// \param points  (n_points x 3), not stored
-  /// \param tets    of positive volume, indices less `first_point` are those of `points`
+  /// \param tets    of positive volume; indices minus `first_point` are indices into `points`
   ScalarTets(std::span<const Vec3> points, std::span<const Tet> tets, Index first_point);
 
   [[nodiscard]] std::size_t size() const { return tets_.size(); }
@@ -32,7 +32,7 @@ class ScalarTets {
 /// Conjugate gradients with Jacobi's preconditioner until the residual is 1e-14 of the first, in one thread.
 ///
 /// \param held   (n_points) 1: the field keeps its value; each connected piece needs such a point
-/// \param field  (n_points) the held values, and a guess at other points; the solution on return
+/// \param field  (n_points) on entry the held values, and a guess at other points; on return the solution
 void solve_laplace(const ScalarTets& tets, std::span<const std::uint8_t> held, std::vector<double>& field);
 
 }  // namespace palpate::fem

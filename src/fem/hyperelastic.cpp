@@ -12,9 +12,9 @@
 namespace palpate::fem {
 namespace {
 
-/// Above this exponent E^2 the energy of fibres continues as a polynomial.
+/// Above this value of exponent E^2, the energy of fibres is continued as a polynomial.
 constexpr double most_argument = 16.0;
-/// Added to I4 in the length of an active fibre.
+/// Added to I4 before the square root of the length of an active fibre.
 constexpr double least_squared_length = 1e-6;
 
 /// Energy of fibres: value and derivatives by I4.
@@ -102,8 +102,8 @@ struct PrincipalTerms {
   double pressure = 0.0;  ///< of J
 };
 
-/// A diagonal entry of the tangent in stretches. c is the cofactor s_j s_k; `squares` are those of s_j and
-/// s_k.
+/// A diagonal entry of the tangent in principal stretches. c is the cofactor s_j s_k; `squares` is s_j^2 +
+/// s_k^2.
 double diagonal_entry(const HyperelasticLaw& law, const PrincipalTerms& t, double s, double c,
                       double squares) {
   return t.first + t.bend * s * s + law.second * squares + law.bulk * c * c;
@@ -145,7 +145,7 @@ Vec3 right_frame(const HyperelasticTangent& t, const Vec3& g) {
           t.right(0, 2) * g.x + t.right(1, 2) * g.y + t.right(2, 2) * g.z};
 }
 
-/// U M U^T of two corners, with a and b those of V^T g.
+/// Stiffness block U M U^T between two corners; a and b are V^T g of the two.
 Matrix3 rotated_block(const HyperelasticTangent& t, const Vec3& a, const Vec3& b) {
   const Vec3 p{a.x * b.x, a.y * b.y, a.z * b.z};
   const Matrix3 m = from_rows(

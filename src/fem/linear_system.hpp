@@ -29,8 +29,8 @@ class LinearSystem {
   [[nodiscard]] const CouplingSystem& couplings() const { return *couplings_; }
   [[nodiscard]] CouplingSystem& couplings() { return *couplings_; }
 
-  /// m by row: diag(m) is a lower bound of A, since A - diag(m) is positive semi-definite. And its inverse, 0
-  /// in padding rows.
+  /// Lower bound of A by row: m, since A - diag(m) is positive semi-definite. And its inverse, 0 in padding
+  /// rows.
   [[nodiscard]] std::span<const float> masses() const { return blocks_->masses(); }
   [[nodiscard]] std::span<const float> inverse_masses() const { return inverse_masses_; }
 
@@ -55,7 +55,7 @@ class LinearSystem {
   CouplingSystem* couplings_;
   std::vector<std::uint8_t> free_;
   simd::AlignedVector<float> inverse_masses_;
-  simd::AlignedVector<float> diagonal_;  ///< blocks with couplings
+  simd::AlignedVector<float> diagonal_;  ///< diagonal blocks with couplings
   simd::AlignedVector<float> inverse_diagonal_;
   std::vector<double> partial_;
 };

@@ -36,7 +36,7 @@ std::vector<double> mass_dampings(const Bodies& bodies, const Materials& materia
     dampings[point] = at(materials.all, bodies.body_of_point()[point]).mass_damping;
   }
   if (materials.of_tet.empty()) return dampings;
-  std::vector<double> changes(masses.size(), 0.0);  // from the body's own, times mass
+  std::vector<double> changes(masses.size(), 0.0);  // differences from the body's own value, times mass
   for (Index body = 0; body < bodies.body_count(); ++body) {
     const Range tets = at(bodies.bodies(), body).tets;
     for (Index tet = tets.begin; tet < tets.end; ++tet) {

@@ -6,18 +6,19 @@
 #include <palpate/material.hpp>
 #include <palpate/mesh.hpp>
 
-/// Properties of points and bodies from the materials of their tets. Materials are checked by the caller.
+/// Properties of points and bodies that follow from the materials of their tets. The caller checks the
+/// materials.
 namespace palpate::fem {
 
 /// Volume of a tet at rest, m^3: a sixth of the determinant of its edges as columns, as in Elements.
 [[nodiscard]] double tet_volume_rest(const Bodies& bodies, Index tet);
 
-/// Lumped masses (n_points), kg: a quarter of each tet of every body, obstacles included; zero for points
+/// Lumped masses (n_points), kg: a quarter of each tet, for all bodies including obstacles; zero for points
 /// without a tet. O(n_tets).
 [[nodiscard]] std::vector<double> lumped_masses(const Bodies& bodies, const Materials& materials);
 
-/// Mass damping of each point, 1/s (n_points): the mean over its tets by mass. If all tets have the body's
-/// value, it is that bit for bit. `masses` are those of lumped_masses(). O(n_tets).
+/// Mass damping of each point, 1/s (n_points): the mean over its tets, weighted by mass. If all tets have the
+/// body's value, the mean equals it in every bit. `masses` are those of lumped_masses(). O(n_tets).
 [[nodiscard]] std::vector<double> mass_dampings(const Bodies& bodies, const Materials& materials,
                                                 std::span<const double> masses);
 

@@ -16,7 +16,7 @@ void refuse(std::string_view owner, const char* key, const std::string& found, c
   throw Error(std::string(owner), key, found, expected);
 }
 
-/// The least Poisson ratio with which the bulk modulus of the law, lambda + 5/8 first, is positive.
+/// The lowest Poisson ratio for which the bulk modulus of the law, lambda + 5/8 first, is positive.
 double least_poisson_ratio(const Material& material) {
   const double fraction = material.model == MaterialModel::mooney_rivlin ? material.mooney_fraction : 0.0;
   const double factor = 5.0 / 6.0 * (1.0 - fraction);            // of mu
@@ -82,14 +82,14 @@ void check_model(const Material& material, std::string_view owner) {
              "a number >= 0 with smoothed elements");
     }
     if (material.plastic_yield)
-      refuse(owner, "plastic_yield", "it with smoothed elements", "linear elements");
+      refuse(owner, "plastic_yield", "plasticity with smoothed elements", "linear elements");
   }
   if (!linear && material.plastic_yield) {
-    refuse(owner, "plastic_yield", "it with the model " + std::string(material_model_names[index]),
+    refuse(owner, "plastic_yield", "plasticity with the model " + std::string(material_model_names[index]),
            "the model corotational");
   }
   if (linear && material.fibres.any())
-    refuse(owner, "fibres", "fibres with the model corotational", "another model");
+    refuse(owner, "fibres", "fibres with the model corotational", "a hyperelastic model");
   const double least = linear ? -1.0 : least_poisson_ratio(material);
   if (!(material.poisson_ratio > least)) {
     refuse(owner, "poisson_ratio", number_text(material.poisson_ratio),

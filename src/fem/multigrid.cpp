@@ -10,9 +10,9 @@ namespace {
 constexpr std::size_t slice_grain = 16;
 constexpr std::size_t node_grain = 64;
 constexpr std::size_t coupling_grain = 64;
-constexpr int many = 20;                   // iterations of a solve above which it counts as slow
-constexpr int few = 12;                    // iterations of a solve above which couplings are renewed
-constexpr int max_stale_iterations = 200;  // iterations of slow solves: the cost of a new hierarchy
+constexpr int many = 20;                   // a solve with more iterations is slow
+constexpr int few = 12;                    // a solve with more iterations renews the couplings
+constexpr int max_stale_iterations = 200;  // iterations of slow solves that cost as much as a new hierarchy
 
 }  // namespace
 
@@ -35,7 +35,7 @@ void Multigrid::set_reference(std::span<const Vec3> reference, int stale_iterati
 
 void Multigrid::rotate(const parallel::Threads& threads, std::span<const Vec3> positions) {
   const auto points = matrix_->point_of_row();
-  const Vec3 origin = at(positions, points[rows_.front()]);  // floats are finer near zero
+  const Vec3 origin = at(positions, points[rows_.front()]);  // rounding of floats is smaller near zero
   parallel::for_each(threads, points.size(), simd::slice_rows * slice_grain, [&](std::size_t row) {
     if (points[row] < 0) return;
     const Vec3 p = at(positions, points[row]) - origin;
@@ -50,25 +50,25 @@ void Multigrid::rotate(const parallel::Threads& threads, std::span<const Vec3> p
                        });
 }
 
-/// J_c R P of each coupling.
+/// Computes J_c R P of each coupling.
 void Multigrid::set_couplings(const parallel::Threads& threads, const CouplingSystem& couplings) {
   const auto row_of = matrix_->row_of_point();
   const auto row = [&](const Coupling& coupling, std::size_t k) {
     return coupling.points[k] >= 0 ? at(row_of, coupling.points[k]) : -1;
   };
   const auto all = couplings.couplings();
-  assign_with_room(most_parts_, all.size(), 0U);
+  assign_with_room(block_limits_, all.size(), 0U);
   // Open contacts have no stiffness and are left out of coarse matrices.
   const auto stiff = [&](std::size_t c) { return couplings.weight(c) != SymmetricMatrix3{}; };
   for (std::size_t c = 0; c < all.size(); ++c) {
     if (!stiff(c)) continue;
     for (std::size_t k = 0; k < 5; ++k) {
       const Index r = row(all[c], k);
-      if (r >= 0) most_parts_[c] += at(transfer_.begin, r + 1) - at(transfer_.begin, r);
+      if (r >= 0) block_limits_[c] += at(transfer_.begin, r + 1) - at(transfer_.begin, r);
     }
   }
-  CouplingParts& parts = levels_.front().parts();
-  parts.reset(all.size(), most_parts_);
+  CouplingJacobians& jacobians = levels_.front().jacobians();
+  jacobians.reset(all.size(), block_limits_);
   parallel::for_each(threads, all.size(), coupling_grain, [&](std::size_t c) {
     if (!stiff(c)) return;
     for (std::size_t k = 0; k < 5; ++k) {
@@ -81,7 +81,7 @@ void Multigrid::set_couplings(const parallel::Threads& threads, const CouplingSy
                                                          simd::slice_rows * e + r % simd::slice_rows]);
       }
       for (std::uint32_t p = transfer_.begin[r]; p < transfer_.begin[r + 1]; ++p) {
-        Dense<3, 6>& motion = parts.part(c, transfer_.columns[p]).motion;
+        Dense<3, 6>& motion = jacobians.block(c, transfer_.columns[p]).motion;
         const float* block = transfer_.blocks.data() + simd::three_by_six * p;
         Dense<3, 6> rows;
         for (std::size_t e = 0; e < 3; ++e) {

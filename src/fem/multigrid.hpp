@@ -32,9 +32,9 @@ class Multigrid {
   /// \param matrix  must outlive it. O(1).
   explicit Multigrid(const BlockMatrix& matrix) : matrix_(&matrix) {}
 
-  /// Makes the hierarchy if there is none for this system, then the rotations at these positions (n_points x
-  /// 3). Makes the couplings' part of all levels again if their number has changed or the last solve was
-  /// slow. Call after update_preconditioner() of the system.
+  /// Makes the hierarchy if there is none for this system; then the rotations at these positions (n_points x
+  /// 3). If the number of couplings has changed or the last solve was slow, also makes the couplings' part of
+  /// all levels again. Call after update_preconditioner() of the system.
   void update(const parallel::Threads& threads, const LinearSystem& system, std::span<const Vec3> positions);
   /// Begins a step: its first update() renews the couplings, so that nothing depends on earlier steps.
   void begin_step() { outdated_ = true; }
@@ -42,15 +42,15 @@ class Multigrid {
   double apply(const parallel::Threads& threads, LinearSystem& system, std::span<const float> r,
                std::span<float> z);
 
-  /// Counts a solve with this number of iterations.
+  /// Records that a solve took this number of iterations.
   void count(int iterations);
-  /// State that later solves depend on: the positions of the hierarchy (n_points), empty for rest, and the
-  /// iterations of its slow solves.
+  /// State that later solves depend on: the positions for which the hierarchy was made (n_points; empty: at
+  /// rest), and the number of iterations of slow solves with it.
   [[nodiscard]] const std::vector<Vec3>& reference() const { return reference_; }
   [[nodiscard]] int stale_iterations() const { return stale_iterations_; }
   void set_reference(std::span<const Vec3> reference, int stale_iterations);
 
-  /// Levels below the finest, and the number of blocks of all levels over that of the finest.
+  /// Number of levels below the finest; number of blocks of all levels divided by that of the finest.
   [[nodiscard]] std::span<const CoarseLevel> levels() const { return levels_; }
   [[nodiscard]] double operator_complexity() const;
 
@@ -71,23 +71,23 @@ class Multigrid {
   const BlockMatrix* matrix_;
   std::vector<Vec3> reference_;
   int stale_iterations_ = 0;
-  std::vector<double> factors_;      ///< of the elements, when the hierarchy was made
-  std::vector<double> diagonal_;     ///< of the points, at that time
+  std::vector<double> factors_;      ///< of the elements when the hierarchy was made
+  std::vector<double> diagonal_;     ///< of the points when the hierarchy was made
   std::vector<std::uint32_t> rows_;  ///< rows with a point: the nodes of the finest level
   std::vector<std::uint32_t> node_of_row_;
   PaddedBlocks transfer_;     ///< by row
   PaddedBlocks restriction_;  ///< columns are rows of the matrix
   std::vector<CoarseLevel> levels_;
-  std::vector<GaussSeidel> smoother_;  ///< empty before it is made, then one
+  std::vector<GaussSeidel> smoother_;  ///< empty before it is made, then one item
   simd::AlignedVector<float> edges_;   ///< simd::RotationRows
   simd::AlignedVector<float> rotations_;
-  std::vector<Vec3> rotated_at_;  ///< (n_points) positions of rotations_, or empty
-  bool outdated_ = true;          ///< coarse levels are not of the present positions and couplings
+  std::vector<Vec3> rotated_at_;  ///< (n_points) positions for which rotations_ were computed, or empty
+  bool outdated_ = true;          ///< coarse levels are not up to date with positions and couplings
   std::size_t taken_ = 0;         ///< number of couplings in the coarse levels
   simd::AlignedVector<simd::Quad> positions_;  ///< by row
   simd::AlignedVector<simd::Quad> vector_;     ///< by row
   simd::AlignedVector<simd::Quad> rotated_;    ///< by row
-  std::vector<std::uint32_t> most_parts_;      ///< scratch
+  std::vector<std::uint32_t> block_limits_;    ///< scratch
   std::vector<double> partial_;
 };
 

@@ -1,4 +1,4 @@
-// The hierarchy, from the bodies at rest or at the reference.
+// Makes the hierarchy from the bodies at rest or at the reference positions.
 #include <algorithm>
 #include <cmath>
 
@@ -10,9 +10,10 @@
 namespace palpate::fem {
 namespace {
 
-constexpr std::size_t few_nodes = 40;    // a level of this size is factored
-constexpr double least_reduction = 0.8;  // largest ratio of nodes for another level
-constexpr double strong = 0.05;  // strong connections of coarse nodes, relative to the diagonal blocks
+constexpr std::size_t few_nodes = 40;  // a level with fewer nodes is factored
+constexpr double least_reduction =
+    0.8;                         // no further level if it would have more than this fraction of the nodes
+constexpr double strong = 0.05;  // a connection is strong if it is above this fraction of the diagonal blocks
 constexpr std::size_t slice_grain = 16;
 
 Matrix3 minus(const Matrix3& a) {
@@ -85,7 +86,7 @@ std::vector<Matrix3> Multigrid::domain_rotations() const {
   return rotations;
 }
 
-/// The matrix at the reference. Its nodes are the points with a row, in the order of rows.
+/// The matrix at the reference positions. Its nodes are the points with a row, in the order of rows.
 BlockRows<3, 3> Multigrid::matrix_at_reference() const {
   const std::vector<Matrix3> rotations = element_rotations();
   const Elements& elements = matrix_->elements();
@@ -135,7 +136,8 @@ BlockRows<3, 3> Multigrid::matrix_at_reference() const {
   return result;
 }
 
-/// Connects nodes of a common tet. Connections by smoothing would be too many for aggregates.
+/// Connects the nodes of a common tet. Connections through smoothing domains would be too many for
+/// aggregates.
 BlockRows<0, 0> Multigrid::element_graph() const {
   const auto row_of = matrix_->row_of_point();
   BlockRows<0, 0> graph;

@@ -7,7 +7,7 @@
 #include "simd/padded.hpp"
 #include "simd/sliced_rows.hpp"
 
-/// Vectors of points in double, and of rows in float by slices.
+/// Access to vectors by point in double, and by row in float slices.
 namespace palpate::fem {
 
 inline Vec3 unpadded(const simd::Padded3& a) {

@@ -19,26 +19,26 @@ std::size_t padded(std::size_t n) {
 
 }  // namespace
 
-void ReducedStep::set_most(std::size_t most) {
-  most_ = most;
-  stride_ = padded(most);
+void ReducedStep::set_capacity(std::size_t capacity) {
+  capacity_ = capacity;
+  stride_ = padded(capacity);
   for (auto* matrix : {&lower_, &matrix_, &stiffness_}) matrix->assign(stride_ * stride_, 0.0);
   for (auto* vector : {&change_, &trial_f_, &trial_c_, &step_, &solved_}) vector->assign(stride_, 0.0);
   f_.resize(stride_, 0.0);
 }
 
-void ReducedStep::begin(std::size_t most) {
+void ReducedStep::begin(std::size_t capacity) {
   size_ = 0;
   at_base_ = true;
-  set_most(most);
+  set_capacity(capacity);
   gram_.assign(stride_ * stride_, 0.0);
   for (auto* vector : {&g_, &c_}) vector->assign(stride_, 0.0);
 }
 
-void ReducedStep::grow(std::size_t most) {
+void ReducedStep::increase_capacity(std::size_t capacity) {
   const std::size_t before = stride_;
-  set_most(most);
-  // From the end, so that no row overwrites one that is still to be moved.
+  set_capacity(capacity);
+  // Backwards, so that no row overwrites one that is not moved yet.
   const auto spread = [&](auto& rows, std::size_t count) {
     make_room(rows, stride_ * count);
     rows.resize(stride_ * count);
@@ -155,7 +155,7 @@ void ReducedStep::compress(std::span<const double> a, std::size_t kept) {
   clear_stiffness();
 }
 
-/// F at c. The forces are relative to those at c = 0.
+/// f = F at c. The forces are relative to those at c = 0.
 void ReducedStep::project(const parallel::Threads& threads, std::span<const double> c,
                           std::span<const Vec3> forces, std::vector<double>& f) {
   const std::size_t chunks = parallel::chunk_count(laws_.size(), grain);
@@ -173,7 +173,7 @@ void ReducedStep::project(const parallel::Threads& threads, std::span<const doub
   }
 }
 
-/// J step_, so that a search along step_ needs no J.
+/// Computes J step_ once, so that a search along step_ needs no further product with J.
 void ReducedStep::find_step_velocities(const parallel::Threads& threads) {
   std::fill(step_.begin() + static_cast<std::ptrdiff_t>(size_), step_.end(), 0.0);
   parallel::for_chunks(threads, laws_.size(), grain, [&](std::size_t begin, std::size_t end, std::size_t) {
@@ -187,7 +187,7 @@ simd::ContactLawRows ReducedStep::law_rows(bool with_bounds) const {
           .bounds = with_bounds ? bounds_.data() : nullptr};
 }
 
-/// Forces at these velocities minus those at c = 0: by Coulomb's law, or with the present bounds.
+/// Forces at these velocities minus those at c = 0: by Coulomb's law, or with the friction bounds held fixed.
 void ReducedStep::find_forces(const parallel::Threads& threads, const std::vector<Vec3>& velocities,
                               bool with_bounds, std::vector<Vec3>& forces) const {
   parallel::for_chunks(threads, laws_.size(), grain, [&](std::size_t begin, std::size_t end, std::size_t) {
@@ -236,9 +236,9 @@ void ReducedStep::assemble_new(const parallel::Threads& threads) {
   }
 }
 
-/// changes_ holds the present -df/du of a contact: replaces it by the change since weights_ was set, and
-/// updates weights_. Small changes, such as a slow change of the sliding direction, become zero: Newton's
-/// method does not need them.
+/// On entry changes_ holds the present -df/du of a contact. Replaces it by the change since weights_ was set,
+/// and updates weights_. Small changes, such as a slow rotation of the sliding direction, are set to zero:
+/// Newton's method does not need them.
 void ReducedStep::take_change(std::size_t contact) {
   constexpr double small = 0.03;
   Matrix3& change = changes_[contact];
@@ -251,7 +251,7 @@ void ReducedStep::take_change(std::size_t contact) {
   }
 }
 
-/// -dF/dc at the present c. Only contacts whose derivative has changed cost O(directions^2).
+/// Assembles -dF/dc at the present c. Only contacts whose derivative has changed cost O(directions^2).
 void ReducedStep::assemble(const parallel::Threads& threads, bool with_bounds) {
   assemble_new(threads);
   const std::size_t chunks = parallel::chunk_count(laws_.size(), matrix_grain);

@@ -26,16 +26,16 @@ namespace palpate::fem {
 /// rounds, since the next direction changes F anyway.
 class ReducedStep {
  public:
-  static constexpr std::size_t largest = 48;  ///< number of directions
+  static constexpr std::size_t max_directions = 48;  ///< maximum number of directions
 
   /// Removes all directions.
-  /// \param most  capacity in directions from now on; <= `largest`
-  void begin(std::size_t most);
+  /// \param capacity  largest number of directions from now on; <= `max_directions`
+  void begin(std::size_t capacity);
   /// Sets the contacts. Then set their velocities at c = 0 and their rates again. The span must stay valid.
   void set_contacts(std::span<const ContactLaw> laws, const StepFriction& friction);
 
   [[nodiscard]] std::size_t directions() const { return size_; }
-  [[nodiscard]] std::size_t most() const { return most_; }
+  [[nodiscard]] std::size_t capacity() const { return capacity_; }
   [[nodiscard]] std::span<const double> solution() const { return {c_.data(), size_}; }
   /// Change of the solution by the last solve().
   [[nodiscard]] std::span<const double> change() const { return {change_.data(), size_}; }
@@ -61,10 +61,10 @@ class ReducedStep {
   /// ones. Then set the residuals again.
   void compress(std::span<const double> a, std::size_t kept);
   /// Increases the capacity and keeps the present directions.
-  /// \param most  > most(), <= `largest`
-  void grow(std::size_t most);
-  /// False if the last direction depends linearly on the others, to rounding; then it is dropped. O(contacts
-  /// directions^2) a round.
+  /// \param capacity  > capacity(), <= `max_directions`
+  void increase_capacity(std::size_t capacity);
+  /// Solves in the span. Returns false if the last direction depends linearly on the others, to rounding;
+  /// then it is dropped. O(contacts directions^2) a round.
   bool solve(const parallel::Threads& threads);
 
  private:
@@ -81,7 +81,7 @@ class ReducedStep {
   void assemble(const parallel::Threads& threads, bool with_bounds);
   void assemble_new(const parallel::Threads& threads);
   void clear_stiffness();
-  void set_most(std::size_t most);
+  void set_capacity(std::size_t capacity);
   bool factor_gram();
   [[nodiscard]] double norm(std::span<const double> f);
   bool solve_linear(std::span<const double> f, std::vector<double>& step);
@@ -90,32 +90,32 @@ class ReducedStep {
   double search_line(const parallel::Threads& threads);
 
   std::span<const ContactLaw> laws_;
-  simd::AlignedVector<double> law_rows_;  ///< the laws, in groups
+  simd::AlignedVector<double> law_rows_;  ///< the laws, in groups of the kernel
   StepFriction friction_{};
-  std::size_t most_ = 0;
-  std::size_t stride_ = 0;  ///< of rows of directions
+  std::size_t capacity_ = 0;
+  std::size_t stride_ = 0;  ///< length of a row of directions, padded
   std::size_t size_ = 0;
-  std::vector<double> gram_;   ///< (most x stride)
+  std::vector<double> gram_;   ///< (capacity x stride)
   std::vector<double> lower_;  ///< Cholesky factor of gram_
   std::vector<double> g_;
   std::vector<double> c_;
   std::vector<double> change_;
-  std::vector<Vec3> base_velocities_;  ///< of the contacts at c = 0
-  std::vector<Vec3> base_forces_;      ///< at c = 0, N
+  std::vector<Vec3> base_velocities_;  ///< velocities of the contacts at c = 0
+  std::vector<Vec3> base_forces_;      ///< forces of the contacts at c = 0, N
   std::vector<Vec3> velocities_;       ///< at c
-  std::vector<Vec3> forces_;           ///< at c, minus base_forces_, N
+  std::vector<Vec3> forces_;           ///< forces at c minus base_forces_, N
   std::vector<Vec3> trial_velocities_;
   std::vector<Vec3> trial_forces_;
   std::vector<Vec3> step_velocities_;  ///< change of the velocities by step_
   simd::AlignedVector<float> rates_;   ///< (contacts x 3 x stride): J
-  std::vector<double> bounds_;         ///< of friction, N
-  std::vector<Matrix3> weights_;       ///< -df/du of the contacts in stiffness_, N s/m
+  std::vector<double> bounds_;         ///< friction bounds, N
+  std::vector<Matrix3> weights_;       ///< -df/du of the contacts, as used in stiffness_, N s/m
   std::vector<Matrix3> changes_;       ///< changes of weights_, scratch
   std::vector<double> stiffness_;      ///< (stride x stride) sum_k J_k^T H_k J_k
-  std::size_t assembled_ = 0;          ///< number of directions in stiffness_
+  std::size_t assembled_ = 0;          ///< number of directions that are in stiffness_
   std::vector<double> matrix_;         ///< (size x stride), scratch
   std::vector<double> partial_;
-  std::vector<double> f_;  ///< F at the present c; at c = 0 only after solve() has begun
+  std::vector<double> f_;  ///< F at the present c; at c = 0 valid only after solve() has begun
   bool at_base_ = true;    ///< c = 0
   std::vector<double> trial_f_, trial_c_, step_, solved_;
   double size_of_f_ = 0.0;

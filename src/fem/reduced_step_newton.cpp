@@ -1,4 +1,4 @@
-// The iteration of ReducedStep: Newton's method, and the convex problem if that fails.
+// The iteration of ReducedStep: Newton's method; the convex problem if that fails.
 #include <algorithm>
 #include <cmath>
 
@@ -8,10 +8,10 @@ namespace palpate::fem {
 namespace {
 
 constexpr std::size_t grain = 256;  // contacts
-/// Ratio of |F| to its first value at which to stop.
+/// Stop if |F| has fallen to this fraction of its first value.
 constexpr double reduction = 0.1;
 constexpr int most_rounds = 2;
-/// Ratio of slopes, or of |F|, at which a minimum counts as found.
+/// A minimum counts as found if slopes, or |F|, have this ratio.
 constexpr double flat = 0.1;
 
 }  // namespace
@@ -34,7 +34,7 @@ bool ReducedStep::factor_gram() {
   return true;
 }
 
-/// Norm of F by G^-1: the norm by G of the step G^-1 F.
+/// Norm of F by G^-1, which equals the norm by G of the step G^-1 F.
 double ReducedStep::norm(std::span<const double> f) {
   double square = 0.0;
   for (std::size_t i = 0; i < size_; ++i) {
@@ -75,7 +75,7 @@ bool ReducedStep::solve_linear(std::span<const double> f, std::vector<double>& s
   return true;
 }
 
-/// One step with the true derivatives. If |F| does not fall, returns false and changes nothing.
+/// One Newton step with the true derivatives. If |F| does not decrease, returns false and changes nothing.
 bool ReducedStep::step_newton(const parallel::Threads& threads) {
   constexpr int halvings = 4;
   constexpr double enough = 0.3;
@@ -96,8 +96,8 @@ bool ReducedStep::step_newton(const parallel::Threads& threads) {
   return false;
 }
 
-/// Approximate line search on the convex function with fixed bounds of friction: the fraction of step_ with
-/// the least value; 0 if it rises from the start. O(contacts) a trial.
+/// Approximate line search on the convex function with fixed friction bounds. Returns the fraction of step_
+/// with the lowest value; 0 if the function increases from the start. O(contacts) a trial.
 double ReducedStep::search_line(const parallel::Threads& threads) {
   constexpr int halvings = 8;
   constexpr double furthest = 64.0;
@@ -144,7 +144,8 @@ double ReducedStep::search_line(const parallel::Threads& threads) {
   return high;
 }
 
-/// Minimises the convex function with the bounds of friction at c; false if c does not change.
+/// Minimises the convex function with the friction bounds of the present c. Returns false if c does not
+/// change.
 bool ReducedStep::step_convex(const parallel::Threads& threads) {
   constexpr int most_steps = 8;
   parallel::for_each(threads, laws_.size(), grain, [&](std::size_t k) {

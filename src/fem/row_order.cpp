@@ -52,7 +52,7 @@ std::vector<Index> tets_along_curve(const Bodies& bodies) {
   const std::vector<Index> points = points_along_curve(bodies.points_rest(), bodies.body_of_point(), all);
   std::vector<Index> place(count);
   for (std::size_t k = 0; k < count; ++k) at(place, points[k]) = static_cast<Index>(k);
-  std::vector<std::pair<Index, Index>> keys;  // body by body, as the points are
+  std::vector<std::pair<Index, Index>> keys;  // bodies in order, as their points are
   for (const Tet& tet : bodies.tets()) {
     const auto place_of = [&](std::size_t corner) { return at(place, tet[corner]); };
     keys.emplace_back(std::min({place_of(0), place_of(1), place_of(2), place_of(3)}),

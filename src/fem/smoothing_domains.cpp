@@ -11,10 +11,10 @@ namespace {
 
 constexpr std::array<std::array<std::size_t, 2>, 6> edges{{{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}}};
 
-/// A tet's part of a domain, with the edge or point of the domain.
+/// The part of a domain that is in one tet, with the edge or point of the domain.
 struct Part {
   Index first = 0;
-  Index second = 0;  ///< for a point: the same as the first
+  Index second = 0;  ///< for a point: equal to `first`
   Index material = 0;
   std::uint32_t tet = 0;
   std::uint32_t place = 0;
@@ -24,7 +24,7 @@ bool same_domain(const Part& a, const Part& b) {
   return a.first == b.first && a.second == b.second && a.material == b.material;
 }
 
-/// Parts of all domains of edges, or of points, sorted by domain.
+/// The parts of all domains of edges, or of points, sorted by domain.
 std::vector<Part> list_parts(std::span<const SmoothedTet> tets, bool of_edges) {
   std::vector<Part> parts;
   for (std::size_t t = 0; t < tets.size(); ++t) {

@@ -21,7 +21,7 @@ struct ElementDeformation;
 /// A tet whose strain is smoothed.
 struct SmoothedTet {
   Index element = 0;   ///< of Elements
-  Index material = 0;  ///< tets of different materials have no domain in common
+  Index material = 0;  ///< tets of different materials share no domain
   Tet corners{};
   std::array<Vec3, 4> gradients{};  ///< of the shape functions at rest, 1/m
   double volume = 0.0;              ///< at rest, m^3
@@ -63,15 +63,15 @@ class SmoothingDomains {
   [[nodiscard]] std::span<const Index> points(std::size_t domain) const {
     return std::span(points_).subspan(begin_[domain], begin_[domain + 1] - begin_[domain]);
   }
-  /// An element of a domain. All its elements have one material, so the same damping.
+  /// The first element of a domain. All its elements have one material, and so the same damping.
   [[nodiscard]] Index element(std::size_t domain) const { return first_tet(domain).element; }
 
-  /// A point's place in a domain.
+  /// The place of a point in a domain.
   struct Entry {
     std::uint32_t domain = 0;
     std::uint32_t place = 0;
   };
-  /// Entries of a point, domains ascending; empty where no tet is smoothed.
+  /// The entries of a point (its places in domains), domains ascending; empty where no tet is smoothed.
   [[nodiscard]] std::span<const Entry> entries(Index point) const;
   /// Index of a point's first entry among all entries.
   [[nodiscard]] std::size_t first_entry(Index point) const {
@@ -91,8 +91,8 @@ class SmoothingDomains {
   /// \param weights  empty, or a factor per element
   void multiply(const parallel::Threads& threads, std::span<const simd::Padded3> vectors,
                 std::span<const double> weights, std::span<simd::Padded3> products) const;
-  /// Calls add(place, product) for the points of a domain: its K' times the vectors of its points, which
-  /// value(place) gives.
+  /// Calls add(place, product) for the points of a domain. The product is K' of the domain times the vectors
+  /// of its points, which value(place) gives.
   template <class Value, class Add>
   void multiply(std::size_t domain, Value&& value, Add&& add) const {
     Matrix3 gradient;
@@ -106,7 +106,8 @@ class SmoothingDomains {
   /// Sets tensions of active fibres, per element from `first` on, Pa, from the next update() on.
   void set_tensions(std::span<const double> tensions, Index first);
 
-  /// Viscosity of the domains, as of elements. A domain's stress is the Biot stress of its part of the law.
+  /// Sets the viscosity of the domains, as of elements. A domain's stress is the Biot stress of its part of
+  /// the law.
   [[nodiscard]] const ViscousElements& viscosity() const { return viscosity_; }
   [[nodiscard]] bool is_viscous() const { return !viscosity_.elements().empty(); }
   void set_time_step(double time_step) { viscosity_.set_time_step(time_step); }
@@ -121,9 +122,9 @@ class SmoothingDomains {
                               std::span<const double> bulk_fractions, std::vector<double>& partial) const;
 
   using Block = std::array<float, 9>;
-  /// Calls add(block) for the other points of an entry's domain, ascending: the stiffness block of the
-  /// entry's point with each of them times its factor, as of the last update(). Blocks (i, j) and (j, i) have
-  /// transposed bits.
+  /// For an entry (a point in a domain), calls add(block) for each other point of the domain, ascending. The
+  /// block is the stiffness between the two points times its factor, as of the last update(). Blocks (i, j)
+  /// and (j, i) have transposed bits.
   template <class Add>
   void for_each_block(const Entry& entry, Add&& add) const {
     const std::size_t first = begin_[entry.domain];
@@ -140,7 +141,7 @@ class SmoothingDomains {
       for_others([&](std::size_t k) { return corotational_block(rotated_[own], rotated_[k], volume); });
     }
   }
-  /// The same at rest, rotated.
+  /// The same at rest, in the rotated frame.
   [[nodiscard]] Matrix3 block_rest(std::size_t domain, const Matrix3& rotation, std::size_t i,
                                    std::size_t j) const;
   /// The rotation of a domain at these positions.
@@ -162,7 +163,7 @@ class SmoothingDomains {
   }
   struct Member {
     std::uint32_t tet = 0;
-    std::uint32_t place = 0;  ///< index of the domain among the ten of the tet
+    std::uint32_t place = 0;  ///< index of the domain among the ten domains of the tet
   };
   void add_domain(std::span<const Member> members);
   void list_entries(std::size_t point_count);
@@ -206,7 +207,7 @@ class SmoothingDomains {
                                                double tension) const;
   [[nodiscard]] HyperelasticResponse step_response(std::size_t domain, const Matrix3& h,
                                                    const ElementDeformation& deformation) const;
-  /// Response with the present stresses of Maxwell elements.
+  /// The response, given the present stresses of the Maxwell elements.
   [[nodiscard]] HyperelasticResponse response_now(std::size_t domain, const Matrix3& h,
                                                   double fraction) const;
   [[nodiscard]] HyperelasticLaw law(std::size_t domain, double fraction, double tension) const;
@@ -218,18 +219,18 @@ class SmoothingDomains {
 
   std::vector<SmoothedTet> tets_;
   std::vector<std::uint32_t> domain_of_tet_;  ///< domains_of_tet each
-  std::size_t node_begin_ = 0;                ///< domains of edges come first
-  std::vector<std::uint32_t> begin_{0};       ///< (n_domains + 1)
+  std::size_t node_begin_ = 0;           ///< index of the first domain of a point; those of edges come first
+  std::vector<std::uint32_t> begin_{0};  ///< (n_domains + 1)
   std::vector<Index> points_;
-  std::vector<Vec3> rest_gradients_;  ///< as points_: b_i
+  std::vector<Vec3> rest_gradients_;  ///< b_i, in the order of points_
   std::vector<double> volume_;
   std::vector<std::uint32_t> tet_begin_{0};  ///< (n_domains + 1)
   std::vector<std::uint32_t> domain_tets_;   ///< of each domain, into tets_
-  std::vector<HyperelasticLaw> laws_;        ///< of hyperelastic tissue, else undefined; with full lambda
-  std::vector<std::size_t> entry_begin_;     ///< (n_points + 1)
+  std::vector<HyperelasticLaw> laws_;     ///< of hyperelastic tissue, otherwise undefined; with full lambda
+  std::vector<std::size_t> entry_begin_;  ///< (n_points + 1)
   std::vector<Entry> entries_;
-  ViscousElements viscosity_;           ///< its elements are domains
-  std::vector<Index> smoothed_points_;  ///< with an entry
+  ViscousElements viscosity_;           ///< Maxwell elements of the domains
+  std::vector<Index> smoothed_points_;  ///< points with an entry
   // Results of the last update().
   std::vector<Matrix3> stresses_;   ///< V P, N m
   std::vector<double> densities_;   ///< energy densities, J/m^3

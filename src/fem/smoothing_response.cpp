@@ -1,4 +1,4 @@
-// The response of smoothing domains to displacements: stress, energy, viscosity and stiffness.
+// Response of smoothing domains to displacements: stress, energy, viscosity and stiffness.
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -29,7 +29,7 @@ double SmoothingDomains::modulus(std::size_t domain) const {
   return is_node(domain) ? tet.lambda : tet.mu;
 }
 
-/// The least fraction of its tets: one inverted tet reduces the bulk modulus of the whole domain.
+/// Smallest bulk fraction of its tets: one inverted tet reduces the bulk modulus of the whole domain.
 double SmoothingDomains::bulk_fraction(std::size_t domain, std::span<const double> fractions) const {
   double least = 1.0;
   if (!is_node(domain)) return least;
@@ -38,7 +38,7 @@ double SmoothingDomains::bulk_fraction(std::size_t domain, std::span<const doubl
   return least;
 }
 
-/// F - I.
+/// H = F - I.
 Matrix3 SmoothingDomains::displacement_gradient(std::size_t domain,
                                                 std::span<const simd::Padded3> displacements) const {
   Matrix3 h;
@@ -129,7 +129,7 @@ void SmoothingDomains::update(const parallel::Threads& threads, std::span<const 
 /// history.
 HyperelasticResponse SmoothingDomains::step_response(std::size_t domain, const Matrix3& h,
                                                      const ElementDeformation& d) const {
-  // Near rest F - I cancels, H does not.
+  // Near rest F - I loses digits by cancellation, H does not.
   HyperelasticResponse response = d.hyperelastic ? respond(d.law, h) : elastic_response(d);
   if (!viscosity_.has(domain)) return response;
   const double stiffness = viscosity_.stiffness(domain);
@@ -191,7 +191,7 @@ void SmoothingDomains::add_energies(const parallel::Threads& threads, std::span<
   });
 }
 
-/// Factor times V dP for dF.
+/// The factor times V dP for a given dF.
 Matrix3 SmoothingDomains::stress_change(std::size_t domain, const Matrix3& gradient) const {
   const double scale = scales_[domain];
   Matrix3 change;
@@ -232,7 +232,7 @@ void SmoothingDomains::multiply(const parallel::Threads& threads, std::span<cons
   });
 }
 
-/// Block of the points at places a and b of rest_gradients_.
+/// Stiffness block of the points at places a and b of rest_gradients_.
 SmoothingDomains::Block SmoothingDomains::hyperelastic_block(std::size_t domain, std::size_t a,
                                                              std::size_t b) const {
   const auto [first, second] = std::minmax(a, b);

@@ -7,7 +7,7 @@
 
 namespace palpate::fem {
 
-/// Strain and stress of one element; see TissueState. NaN stress where J <= 0.
+/// Strain and stress of one element; see TissueState. The stress is NaN where J <= 0.
 struct ElementStress {
   Matrix3 deformation_gradient;
   SymmetricMatrix3 strain;
@@ -17,10 +17,11 @@ struct ElementStress {
   double volume_ratio = 1.0;
 };
 
-/// Strain and Cauchy stress P F^T / J of an element. P is that of its energy (elements.hpp):
-///   P = R (2 mu (e - [w]_x) + lambda tr(e) I),  e = R^T F - I - p.
-/// or of its hyperelastic law (hyperelastic.hpp), plus that of its Maxwell elements (first_piola_stress). P
-/// F^T is symmetric, since the energy is invariant under rotations.
+/// Strain and Cauchy stress P F^T / J of an element, where P is its first Piola-Kirchhoff stress. For a
+/// corotated element (elements.hpp)
+///   P = R (2 mu (e - [w]_x) + lambda tr(e) I),  e = R^T F - I - p;
+/// for others P follows from the hyperelastic law (hyperelastic.hpp). The stress of Maxwell elements is added
+/// (first_piola_stress). P F^T is symmetric, since the energy is invariant under rotations.
 [[nodiscard]] ElementStress stress_of(const ElementDeformation& element);
 /// The same for a given energy density and first Piola-Kirchhoff stress, of a smoothed tet. There P F^T is
 /// symmetric only to the order of the method; its symmetric part is used.
@@ -35,8 +36,8 @@ struct ElementStress {
 /// The elastic stress in the rotated frame of the element, the symmetric part of R^T P (Biot's), without
 /// viscosity and active fibres, Pa.
 [[nodiscard]] SymmetricMatrix3 biot_stress(const ElementDeformation& element);
-/// P of a stress T fixed in the rotated frame, R (T + [w]_x): the derivative of T : R^T F, with w =
-/// plastic_twist() for T. It has no torque.
+/// P of a stress T that is fixed in the rotated frame: P = R (T + [w]_x), the derivative of T : R^T F, with w
+/// = plastic_twist() for T. It exerts no torque.
 [[nodiscard]] Matrix3 first_piola_stress(const SymmetricMatrix3& biot, const Matrix3& gradient,
                                          const Matrix3& rotation);
 /// Elastic energy per volume at rest, with that of Maxwell elements, J/m^3.
@@ -44,7 +45,7 @@ struct ElementStress {
 
 [[nodiscard]] double von_mises(const SymmetricMatrix3& stress);
 
-/// Conversion to the order of VTK, and back.
+/// Converts to the component order of VTK, and back.
 [[nodiscard]] constexpr SymmetricTensor to_tensor(const SymmetricMatrix3& a) {
   return {a.xx, a.yy, a.zz, a.xy, a.yz, a.xz};
 }

@@ -14,7 +14,7 @@ struct Rotated {
   Matrix3 a;
   Matrix3 v = identity();
 
-  /// Makes a(p, q) zero.
+  /// Rotates so that a(p, q) becomes zero.
   void rotate(int p, int q) {
     const double apq = a(p, q);
     if (apq == 0.0) return;
@@ -59,7 +59,7 @@ SymmetricEigen symmetric_eigen(const SymmetricMatrix3& a) {
     return {nowhere, {nowhere, nowhere, nowhere}};
   }
   if (size == 0.0) return {{}, {Vec3{1.0, 0.0, 0.0}, Vec3{0.0, 1.0, 0.0}, Vec3{0.0, 0.0, 1.0}}};
-  // Scale, so that squares neither overflow nor underflow.
+  // Scale the matrix, so that squares neither overflow nor underflow.
   Rotated m{.a = {{a.xx / size, a.xy / size, a.xz / size, a.xy / size, a.yy / size, a.yz / size, a.xz / size,
                    a.yz / size, a.zz / size}}};
   constexpr int most_sweeps = 32;  // convergence is quadratic: six suffice

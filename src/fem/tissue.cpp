@@ -25,7 +25,7 @@ TissueState rows_at_rest(std::size_t count) {
   return state;
 }
 
-/// Adds the results that follow from the stress of rows.
+/// Computes the results that follow from the stress, for a range of rows.
 void find_invariants(const parallel::Threads& threads, TissueState& state) {
   state.von_mises.resize(state.size());
   state.pressure.resize(state.size());
@@ -61,7 +61,7 @@ void put_row(const simd::GroupStress& found, std::size_t lane, TissueState& stat
   state.volume_ratio[row] = found.volume_ratio[lane];
 }
 
-/// Element of each tet, -1 where the body is rigid.
+/// Element of each tet; -1 for tets of rigid bodies.
 std::vector<Index> elements_of_tets(const Bodies& bodies, const Elements& elements) {
   std::vector<Index> element(bodies.tets().size(), -1);
   const auto tets = elements.tet_of_element();
@@ -72,7 +72,7 @@ std::vector<Index> elements_of_tets(const Bodies& bodies, const Elements& elemen
 /// The mean over some tets of a point, weighted by their volumes.
 struct Mean {
   double volume = 0.0;
-  double stressed_volume = 0.0;  ///< of tets with a stress
+  double stressed_volume = 0.0;  ///< volume of the tets that have a stress
   SymmetricMatrix3 strain{};
   SymmetricMatrix3 stress{};
   SymmetricMatrix3 plastic_strain{};
@@ -102,7 +102,7 @@ struct Mean {
   }
 };
 
-/// The tets around a point, for its mean.
+/// The tets around a point, for the mean at the point.
 struct Around {
   const Bodies& bodies;
   const Elements& elements;

@@ -66,7 +66,7 @@ std::vector<Index> aggregate(const NodeGraph& graph) {
     for (const std::uint32_t j : near(i)) of[j] = next;
     ++next;
   }
-  // Join the aggregate that most neighbours had before.
+  // Join the aggregate that most of the node's neighbours joined in the first pass.
   std::vector<Index> joined = of;
   std::vector<Index> around;
   for (std::size_t i = 0; i < count; ++i) {
@@ -202,7 +202,7 @@ class Minimiser {
     for (std::size_t k = transfer_.begin[i]; k < transfer_.begin[i + 1]; ++k) body(k);
   }
 
-  /// Starts with the pattern, and the rigid motions of each aggregate.
+  /// Starts with the sparsity pattern, and the rigid motions of each aggregate.
   void start() {
     for (std::size_t i = 0; i < nodes_.size(); ++i) {
       const std::size_t first = transfer_.columns.size();
@@ -226,7 +226,7 @@ class Minimiser {
     });
   }
 
-  /// y = A x in the pattern, projected so that rigid motions stay reproduced.
+  /// y = A x, restricted to the pattern and projected so that rigid motions are still reproduced.
   void multiply(const std::vector<Block>& x, std::vector<Block>& y) {
     for_each_node([&](std::size_t i) {
       for_each_block(i, [&](std::size_t k) { y[k] = {}; });
@@ -244,7 +244,7 @@ class Minimiser {
     });
   }
 
-  /// Removes the effect of a row on rigid motions.
+  /// Projects a row so that it has no effect on rigid motions.
   void project(std::size_t i, std::vector<Block>& y) {
     Node here = at(aggregates_, of_[i]);
     here.middle = nodes_[i].middle;

@@ -13,7 +13,7 @@
 /// Computing 56 (1996)).
 namespace palpate::fem {
 
-/// Rows of dense blocks; columns of a row ascend.
+/// A sparse matrix of dense blocks by rows; the columns of a row ascend.
 template <std::size_t N, std::size_t M>
 struct BlockRows {
   std::vector<std::uint32_t> begin{0};  ///< (n_rows + 1)
@@ -35,8 +35,8 @@ struct Node {
   Index body = 0;
 };
 
-/// The unknowns of node `part` from those of `whole`, if `whole` moves as a rigid body. N = 3: `part` is a
-/// point.
+/// The unknowns of node `part` if the node `whole` moves as a rigid body, as a matrix on the unknowns of
+/// `whole`. N = 3: `part` is a point.
 template <std::size_t N>
 Dense<N, 6> rigid_motion(const Node& part, const Node& whole);
 
@@ -51,8 +51,8 @@ NodeGraph graph_of(const BlockRows<N, M>& rows) {
   return {rows.begin, rows.columns};
 }
 
-/// Aggregate of each node. A node and its neighbours form an aggregate if no one of them has one yet; then
-/// the remaining nodes join their neighbours'. All connections have equal weight. O(pattern).
+/// Aggregate of each node. A node and its neighbours form an aggregate if none of them is in one yet. Then
+/// the remaining nodes join an aggregate of their neighbours. All connections have equal weight. O(pattern).
 std::vector<Index> aggregate(const NodeGraph& graph);
 
 /// The nodes that the aggregates form.

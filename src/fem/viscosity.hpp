@@ -35,9 +35,9 @@ class ViscousElements {
   ViscousElements(std::span<const Material> materials, std::span<const Index> material_of_element,
                   std::span<const std::uint8_t> without_stress = {});
 
-  /// Whether an element has stresses here.
+  /// Whether the stresses of an element are stored here.
   [[nodiscard]] bool has(std::size_t element) const { return !place_.empty() && place_[element] >= 0; }
-  /// The elements with stresses, ascending.
+  /// The elements whose stresses are stored here, ascending.
   [[nodiscard]] std::span<const Index> elements() const { return elements_; }
 
   void set_time_step(double time_step);
@@ -59,7 +59,7 @@ class ViscousElements {
   /// \param elastic  T at its end
   void advance(std::size_t element, const SymmetricMatrix3& elastic);
 
-  /// T and q_i of each element in order: the state.
+  /// T and q_i of each element, in order: the state.
   [[nodiscard]] std::span<const SymmetricMatrix3> stresses() const { return stresses_; }
   /// Number of stresses of elements()[k].
   [[nodiscard]] std::size_t stress_count(std::size_t k) const {
@@ -87,11 +87,11 @@ class ViscousElements {
     return stresses_.data() + first_[place];
   }
 
-  std::vector<Series> series_;          ///< (n_materials), those without viscosity empty
+  std::vector<Series> series_;          ///< (n_materials), empty for materials without viscosity
   std::vector<Index> material_;         ///< (n_elements), or empty if no material has a series
   std::vector<Index> elements_;         ///< elements with stresses
-  std::vector<Index> place_;            ///< (n_elements) among them, -1 for others; or empty
-  std::vector<std::size_t> series_of_;  ///< by place, as the next array
+  std::vector<Index> place_;            ///< (n_elements) index into elements_, -1 for others; or empty
+  std::vector<std::size_t> series_of_;  ///< for each of elements_, like the next array
   std::vector<std::size_t> first_;      ///< into stresses_
   std::vector<SymmetricMatrix3> history_;
   std::vector<SymmetricMatrix3> stresses_;

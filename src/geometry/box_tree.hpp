@@ -39,7 +39,7 @@ class BoxTree {
     Box box;
     std::size_t begin = 0;
     std::size_t end = 0;
-    std::size_t second = 0;  ///< child; the first is the next node. 0: a leaf
+    std::size_t second = 0;  ///< index of the second child; the first child is the next node. 0: a leaf
   };
 
   std::size_t build(std::size_t begin, std::size_t end) {

@@ -15,8 +15,8 @@
 namespace palpate {
 namespace {
 
-/// Work of one lookup of a row of cells, in units of the work of testing one point. About the ratio of their
-/// times in the query, where clusters test many points at a time.
+/// Work of looking up a row of cells, in units of the work of testing one point. About the ratio of their
+/// times in the query, where clusters test many points at once.
 constexpr double work_of_lookup = 3.0;
 constexpr double work_of_cluster_lookup = 10.0;
 /// Work of a point in the update of the grid, in the same units.

@@ -46,7 +46,8 @@ void CompactGrid::index_entries(const parallel::Threads& threads) {
 }
 
 Sort CompactGrid::sort_points(const parallel::Threads& threads) {
-  // Skipped frames must not affect results: the order of the last build is not repaired.
+  // Results must not depend on frames for which no grid was built. After one, sort from scratch: do not start
+  // from the order of the last build.
   if (std::exchange(skipped_, false)) point_sort_.forget();
   // If each start belongs to one key, the sort also computes C.
   std::vector<std::uint32_t>* const starts = start_shift_ == 0 ? &cell_begin_ : nullptr;

@@ -53,8 +53,8 @@ void CuckooGrid::insert_entries(const parallel::Threads& threads) {
     buckets += (buckets + 3) / 4;
   }
   const std::size_t keys = std::exchange(counts_.cells, 0);  // so that queries find nothing, and not a part
-  throw Error("cuckoo grid", "", "no place for each of " + std::to_string(keys) + " cells",
-              "one within the limits for new functions and larger tables");
+  throw Error("cuckoo grid", "", "no slot for some of " + std::to_string(keys) + " cells",
+              "a table that holds all cells, within the limits for new hash functions and larger tables");
 }
 
 void CuckooGrid::sort_by_hash(const parallel::Threads& threads) {

@@ -35,7 +35,7 @@ void HashGrid::clear(std::size_t primitives) {
 void HashGrid::insert(std::int32_t i, std::int32_t j, std::int32_t k, Index reference) {
   if (links_.size() >= static_cast<std::size_t>(std::numeric_limits<Index>::max())) {
     throw Error("hash grid", "", "more entries (cells covered by primitives)",
-                "at most 2147483647: a larger cell size");
+                "at most 2147483647; use a larger cell size");
   }
   Index& head = head_[slot_of(i, j, k)];
   links_.push_back({packed(i, j, k), reference, head});

@@ -37,7 +37,7 @@ std::uint32_t UniformGrid::allocate_block(std::uint32_t size) {
   }
   if (blocks_.size() + size > static_cast<std::size_t>(std::numeric_limits<Index>::max())) {
     throw Error("uniform grid", "", "more entries (cells covered by primitives)",
-                "about 1000000000 at most: a larger cell size");
+                "about 1000000000 at most; use a larger cell size");
   }
   const std::size_t block = blocks_.size();
   blocks_.resize(block + size);
@@ -67,8 +67,8 @@ void UniformGrid::insert(std::uint64_t cell, Index reference) {
 }
 
 void UniformGrid::keep_some_room(std::size_t capacity_before) {
-  // Growth by doubling allocates up to twice the needed blocks. Much more than that is left from earlier
-  // frames.
+  // Growth by doubling allocates up to twice the needed blocks. Blocks far beyond that are left over from
+  // earlier frames.
   constexpr std::size_t most_spare = 8;
   keep_room(blocks_, capacity_before, blocks_.size() / 8);
   if (blocks_.capacity() > std::max<std::size_t>(65536, most_spare * blocks_.size())) {

@@ -60,18 +60,18 @@ void AtomicFile::write(std::string_view bytes) {
   while (!bytes.empty()) {
     const ssize_t written = ::write(descriptor_, bytes.data(), bytes.size());
     if (written < 0 && errno == EINTR) continue;
-    if (written < 0) fail(path_, "writing", errno, "room for the whole file");
+    if (written < 0) fail(path_, "writing", errno, "enough space on the disk");
     bytes.remove_prefix(static_cast<std::size_t>(written));
   }
 }
 
 void AtomicFile::sync() {
-  if (::fsync(descriptor_) != 0) fail(path_, "writing to the disk", errno, "room for the whole file");
+  if (::fsync(descriptor_) != 0) fail(path_, "writing to the disk", errno, "enough space on the disk");
 }
 
 void AtomicFile::commit() {
   // Some file systems report a failed write only here.
-  if (::close(std::exchange(descriptor_, -1)) != 0) fail(path_, "closing", errno, "room for the whole file");
+  if (::close(std::exchange(descriptor_, -1)) != 0) fail(path_, "closing", errno, "enough space on the disk");
   if (::rename(temporary_.c_str(), path_.c_str()) != 0) {
     fail(path_, "renaming into place", errno, "a folder that still exists and can be written to");
   }

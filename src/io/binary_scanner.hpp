@@ -34,7 +34,7 @@ class BinaryScanner {
   /// them.
   Index count(const char* what, std::size_t bytes_each);
 
-  /// Throws Error at the first byte of the last number read.
+  /// Throws Error that names the first byte of the last number read.
   [[noreturn]] void fail(const std::string& found, const std::string& expected) const;
 
  private:

@@ -26,7 +26,7 @@ inline Colour default_colour(Index body) {
   return colours[static_cast<std::size_t>(body) % colours.size()];
 }
 
-/// Of rigid bodies without a colour, and of bodies that a field does not colour while others are coloured.
+/// The colour of rigid bodies that have none, and of bodies without field values while others are coloured.
 inline constexpr Colour neutral_colour{0.72F, 0.72F, 0.74F};
 
 /// Where a body that a field colours has no value. `viewer/src/colours.ts` has the same.

@@ -25,7 +25,7 @@ constexpr std::array<Rgb, 11> viridis{{{0.267F, 0.005F, 0.329F},
                                        {0.741F, 0.873F, 0.150F},
                                        {0.993F, 0.906F, 0.144F}}};
 
-/// Three significant digits at most, without idle zeros.
+/// At most three significant digits, without trailing zeros.
 std::string number(double value) {
   std::array<char, 32> text{};
   const int length = std::snprintf(text.data(), text.size(), "%.3g", value);

@@ -9,9 +9,9 @@ namespace palpate::io {
 
 /// A colour scale from `least` (dark) to `most` (bright).
 struct ColourScale {
-  double most = 1.0;   ///< above `least`; larger values have its colour
+  double most = 1.0;   ///< value of the brightest colour, above `least`; larger values have the same colour
   std::string label;   ///< of the legend, ASCII: "displacement, mm"
-  double least = 0.0;  ///< smaller values have its colour
+  double least = 0.0;  ///< value of the darkest colour; smaller values have the same colour
 };
 
 /// The smallest of 1, 1.5, 2, 2.5, 3, 4, 5, 6 and 8 times a power of ten that is not below a positive number;

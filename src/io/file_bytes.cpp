@@ -22,15 +22,15 @@ struct CloseFile {
   throw Error(path.string(), "", found, expected);
 }
 
-/// Git LFS Specification, "The Pointer".
+/// The first line of a pointer file (Git LFS Specification, "The Pointer").
 void refuse_lfs_pointer(const std::filesystem::path& path, const std::string& expected) {
   constexpr std::string_view head = "version https://git-lfs.github.com/spec/";
   std::array<char, head.size()> bytes{};
   const std::unique_ptr<std::FILE, CloseFile> file(std::fopen(path.c_str(), "rb"));
   if (!file || std::fread(bytes.data(), 1, bytes.size(), file.get()) != bytes.size()) return;
   if (std::string_view(bytes.data(), bytes.size()) != head) return;
-  fail(path, "a pointer of git-LFS, which stands for a file that was not fetched",
-       expected + "; 'git lfs pull' in its repository fetches it");
+  fail(path, "a git-LFS pointer in place of the file itself",
+       expected + "; 'git lfs pull' in the repository fetches it");
 }
 
 }  // namespace

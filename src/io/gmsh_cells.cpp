@@ -9,7 +9,7 @@
 namespace palpate::io {
 namespace {
 
-// Gmsh reference manual, "MSH file format": element types.
+// Element types (Gmsh reference manual, "MSH file format").
 constexpr std::array<GmshCellType, 33> cell_types{{{1, "line", 2},
                                                    {2, "triangle", 3},
                                                    {3, "quad", 4},
@@ -66,10 +66,11 @@ void GmshNodeNumbers::finish(const std::string& source) {
   const auto twice = std::adjacent_find(numbers_.begin(), numbers_.end(),
                                         [](const auto& a, const auto& b) { return a.first == b.first; });
   if (twice != numbers_.end()) {
-    throw Error(source, fmt::format("node {}", twice->first), "this number twice", "each node number once");
+    throw Error(source, fmt::format("node {}", twice->first), "two nodes with this number",
+                "each node number once");
   }
   constexpr std::size_t longest_table =
-      8;  // entries per node: beyond that a search is cheaper than the memory
+      8;  // entries per node; if more are needed, a search is better than a table
   if (numbers_.empty()) return;
   const std::uint64_t last = distance(numbers_.front().first, numbers_.back().first);
   if (last / longest_table >= numbers_.size()) return;

@@ -38,7 +38,7 @@ class GmshReader {
     return std::move(mesh_.file);
   }
 
-  /// After read(): the vector of the element that each tet is of, three numbers.
+  /// After read(): for each tet the vector of its element, three numbers.
   [[nodiscard]] std::vector<double> vectors_of_tets() const {
     if (!step_) throw Error(scanner_.source(), "", "no cell data of the name '" + name_ + "'", "some");
     std::vector<double> vectors;
@@ -86,7 +86,8 @@ class GmshReader {
     skip_line_end();
     BinaryScanner binary(scanner_.source(), scanner_.text(), scanner_.position(), false);
     const std::int64_t one = binary.integer32("the byte order mark");
-    if (one != 1 && one != one_swapped) binary.fail(fmt::format("{}", one), "1 in either byte order");
+    if (one != 1 && one != one_swapped)
+      binary.fail(fmt::format("{}", one), "the integer 1, in one of the two byte orders");
     swapped_ = one != 1;
     scanner_.set_position(binary.position());
   }
@@ -206,7 +207,7 @@ class GmshReader {
   }
 
   void claim_once(bool& seen) {
-    if (seen) scanner_.fail("this section only once");
+    if (seen) scanner_.fail("each section once");
     seen = true;
   }
 

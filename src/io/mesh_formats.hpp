@@ -36,7 +36,7 @@ MeshFile read_vtu(const std::filesystem::path& path);
 /// The same of the text of a file; `source` is its name for messages.
 MeshFile read_vtu_text(const std::string& source, std::string_view text);
 
-/// What is behind read_cell_data(), one a format; each keeps its promises.
+/// The readers behind read_cell_data(), one for each format; each keeps its promises.
 std::vector<double> read_gmsh_data(const std::filesystem::path& path, const CellDataKey& key);
 std::vector<double> read_vtk_legacy_data(const std::filesystem::path& path, const CellDataKey& key);
 std::vector<double> read_vtu_data(const std::filesystem::path& path, const CellDataKey& key);

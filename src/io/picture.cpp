@@ -48,7 +48,7 @@ void check(const PictureSubject& subject, const PictureSettings& settings) {
   }
   if (!subject.edges.empty()) check_length("edges", subject.edges.size(), subject.triangles.size());
   expect(!settings.scale || settings.scale->most > settings.scale->least, "scale",
-         "a largest value that is not above the least", "a larger number");
+         "a largest value that is not above the smallest", "a larger number");
   for (const Index point : subject.contact_points) {
     expect(point >= 0 && std::cmp_less(point, subject.positions.size()), "contact_points",
            "point " + std::to_string(point), "an index below " + std::to_string(subject.positions.size()));
@@ -91,7 +91,7 @@ void add_visible_triangles(const PictureSubject& subject, const PictureSettings&
                                     corner_light(subject, settings, i, t[2])});
     if (!subject.edges.empty()) input.drawn_sides.push_back(subject.edges[i]);
   }
-  expect(!input.triangles.empty(), "triangles", "none with finite positions", "at least one");
+  expect(!input.triangles.empty(), "triangles", "no triangle with finite positions", "one or more");
 }
 
 Frame frame_of(std::span<const Vec3> positions, std::span<const Triangle> triangles) {

@@ -36,7 +36,7 @@ class Cutter {
  private:
   static constexpr std::uint8_t all_edges = 7;
 
-  /// Height above the plane; what is positive is removed.
+  /// Height above the plane; the part with positive height is removed.
   [[nodiscard]] double height(Index p) const { return dot(at(result_.points, p) - settings_.point, normal_); }
 
   /// A new point where the segment from a, in front of the plane, to b, behind it, meets the plane.
@@ -105,7 +105,7 @@ class Cutter {
   const CutSettings& settings_;
   Vec3 normal_;
   CutSurface result_;
-  Index tet_ = 0;  ///< of what is being added
+  Index tet_ = 0;  ///< tet to which the added triangles belong
 };
 
 }  // namespace

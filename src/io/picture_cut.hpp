@@ -24,7 +24,7 @@ struct CutSurface {
   std::vector<std::uint8_t> edges;     ///< (n_triangles) bit i: the side from corner i to the next is an edge
   std::vector<Index> body_of_point;    ///< (n)
   std::vector<double> values;          ///< (n), interpolated
-  std::vector<Index> tet_of_triangle;  ///< (n_triangles) that it is a face of, or a cut through
+  std::vector<Index> tet_of_triangle;  ///< (n_triangles) the tet of which it is a face or a section
 };
 
 /// Cuts bodies open. `values` are of the points (n_points). O(triangles + tets).

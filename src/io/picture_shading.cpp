@@ -49,7 +49,8 @@ double mean_edge_length(std::span<const Vec3> points, std::span<const Triangle> 
   for (const Triangle& t : triangles) {
     for (int i = 0; i < 3; ++i) sum += length(at(points, at(t, (i + 1) % 3)) - at(points, at(t, i)));
   }
-  constexpr double smallest = 1e-9;  // triangles without area are never hit, but must not divide by zero
+  constexpr double smallest =
+      1e-9;  // triangles without area are never hit, but must not cause a division by zero
   return std::max(smallest, sum / (3.0 * static_cast<double>(triangles.size())));
 }
 
@@ -160,7 +161,7 @@ Light Painter::surface(const RayHit& hit, const Ray& ray, const Pattern& pattern
   Vec3 flat = normalized(cross(corner(1) - corner(0), corner(2) - corner(0)));
   const auto& n = at(normals_, hit.primitive);
   Vec3 smooth = normalized((1.0 - hit.u - hit.v) * n[0] + hit.u * n[1] + hit.v * n[2]);
-  if (dot(flat, ray.direction) > 0.0) {  // seen from inside
+  if (dot(flat, ray.direction) > 0.0) {  // the surface is seen from inside
     flat = -flat;
     smooth = -smooth;
   }

@@ -10,7 +10,7 @@ namespace palpate::io {
 namespace {
 
 constexpr const char* what = "a frame of a run";
-/// Our arrays never have more.
+/// Maximum number of components; our arrays never have more.
 constexpr std::int64_t most_components = 64;
 
 }  // namespace

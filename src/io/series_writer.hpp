@@ -36,7 +36,7 @@ class SeriesWriter {
   [[nodiscard]] const std::vector<double>& times() const { return times_; }
   /// Numbers of frames that had been deleted when the run was resumed, ascending.
   [[nodiscard]] const std::vector<std::size_t>& missing_frames() const { return missing_; }
-  /// FOLDER/frames/frame_NNNNNN.vtu.
+  /// The path of a frame: FOLDER/frames/frame_NNNNNN.vtu.
   [[nodiscard]] std::filesystem::path frame_path(std::size_t frame) const;
 
  private:

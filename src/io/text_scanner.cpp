@@ -139,7 +139,7 @@ Vec3 TextScanner::point() {
 
 Index TextScanner::count(const char* what, std::size_t bytes_each) {
   const std::int64_t value = integer(what);
-  // One byte more than is left, since the last item needs no separator.
+  // One byte more than is left, because the last item needs no separator.
   const std::size_t room = (bytes_left() + 1) / bytes_each;
   const auto most =
       std::min<std::int64_t>(static_cast<std::int64_t>(room), std::numeric_limits<Index>::max());

@@ -66,7 +66,7 @@ class CellAppender {
     if (cells_.ends.size() != cells_.types.size()) {
       throw Error(source_, "",
                   fmt::format("{} cells and {} cell types", cells_.ends.size(), cells_.types.size()),
-                  "as many of both");
+                  "the same number of both");
     }
     std::vector<Index> tets_of_cells;
     std::int64_t begin = 0;
@@ -117,7 +117,8 @@ class CellAppender {
     for (const std::int64_t corner : corners) {
       if (corner >= 0 && corner < n_points) continue;
       fail(cell, fmt::format("point number {}", corner),
-           n_points == 0 ? "no corner: there are no points" : fmt::format("one from 0 to {}", n_points - 1));
+           n_points == 0 ? "no corners, because the file has no points"
+                         : fmt::format("one from 0 to {}", n_points - 1));
     }
   }
 

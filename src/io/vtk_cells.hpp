@@ -31,7 +31,7 @@ struct CellDataKey {
   std::string name;
   std::size_t components = 3;
 
-  /// What a file should have: "1: a number for each cell".
+  /// What a file should have, as text: "1: a number for each cell".
   [[nodiscard]] std::string expected() const;
 };
 

@@ -27,7 +27,7 @@ std::string decoded(std::string_view word) {
   return name;
 }
 
-/// Reads through the point and cell data of a file up to a wanted array (VTK file formats, "Dataset
+/// Skips the point and cell data of a file up to a wanted array, and reads that (VTK file formats, "Dataset
 /// attributes").
 class LegacyDataReader {
  public:

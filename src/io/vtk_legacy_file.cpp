@@ -92,7 +92,7 @@ class LegacyFileReader {
   }
 
   void claim_once(bool& seen) {
-    if (seen) scanner_.fail("this section only once");
+    if (seen) scanner_.fail("each section once");
     seen = true;
   }
 
@@ -124,7 +124,7 @@ class LegacyFileReader {
     has_offsets_ ? read_cells_with_offsets(cells) : read_cells_with_counts(cells);
   }
 
-  /// Before version 5: each cell is its number of corners, then the corners.
+  /// Reads cells of versions before 5: for each cell its number of corners, then the corners.
   void read_cells_with_counts(VtkCells& cells) {
     const Index count = scanner_.count("the number of cells", numbers_.least_bytes(4));
     const Index size = scanner_.count("the size of the cell list", numbers_.least_bytes(4));
@@ -149,7 +149,7 @@ class LegacyFileReader {
     }
   }
 
-  /// From version 5 on: where each cell begins, and the end of the last; then all corners.
+  /// Reads cells of version 5 on: the first index of each cell, and the end of the last; then all corners.
   void read_cells_with_offsets(VtkCells& cells) {
     const Index offsets = scanner_.count("the number of cell offsets", numbers_.least_bytes(4));
     const Index size = scanner_.count("the size of the connectivity", numbers_.least_bytes(4));

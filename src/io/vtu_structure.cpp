@@ -181,7 +181,7 @@ class StructureReader {
     const std::size_t mark = text_.find_first_not_of(" \t\r\n", tag_.end);
     const std::size_t end = text_.rfind("</AppendedData");
     if (mark == std::string_view::npos || text_[mark] != '_')
-      fail("AppendedData without its first \"_\"", "that");
+      fail("AppendedData that does not begin with \"_\"", "\"_\" before the data");
     if (end == std::string_view::npos || end <= mark) {
       xml_.fail(text_.size(), "the end of the file", "</AppendedData>");
     }

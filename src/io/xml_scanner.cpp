@@ -105,7 +105,7 @@ void XmlScanner::read_attribute(XmlTag& tag) {
   if (name.empty()) fail(begin, in_quotes(text_.substr(begin, 1)), "the name of an attribute");
   skip_blanks();
   if (current() != '=')
-    fail(position_, in_quotes(text_.substr(position_, 1)), fmt::format("\"=\" behind {}", name));
+    fail(position_, in_quotes(text_.substr(position_, 1)), fmt::format("\"=\" after {}", name));
   ++position_;
   skip_blanks();
   const char quote = current();

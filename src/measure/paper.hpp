@@ -13,7 +13,7 @@
 /// measured here: one function per item. Times depend on the machine; all else is the same everywhere.
 namespace palpate::measure {
 
-/// Our version of a scene of the paper.
+/// A scene of the paper, as we have it.
 struct PaperScene {
   std::string name;  ///< "stacking", "eye" or "skull"
   Model model;
@@ -21,7 +21,7 @@ struct PaperScene {
   double meters_per_unit = 1.0;
 };
 
-/// The effort: sizes and repetitions.
+/// The effort of a measurement: sizes and repetitions.
 struct PaperEffort {
   int stacking_steps = 400;
   int organ_steps = 60;
@@ -46,7 +46,7 @@ Section structures(const std::vector<PaperScene>& scenes, const PaperEffort& eff
 /// Table 2: a fixed number of cells per primitive.
 Section approximate_errors(const std::vector<PaperScene>& scenes, const PaperEffort& effort);
 
-/// The verdict on a finding of the paper, with its text.
+/// Whether a finding of the paper is confirmed, with a text.
 struct Finding {
   Verdict verdict = Verdict::not_comparable;
   std::string why;
@@ -83,12 +83,12 @@ Finding structures_finding(const std::vector<StructureFigures>& scenes, std::siz
 /// Table 2 in a scene: mean times of a detection, and deviations of the runs with fewer cells.
 struct ErrorFigures {
   std::string scene;
-  double exact = 0.0;  ///< ms, as the next three
+  double exact = 0.0;  ///< ms, like the next three
   double with_27 = 0.0;
   double with_8 = 0.0;
   double with_1 = 0.0;
   double largest = 0.0;       ///< deviation of a point, cm
-  double largest_mean = 0.0;  ///< of the means over all points of a run, cm
+  double largest_mean = 0.0;  ///< largest mean over all points of a run, cm
 };
 /// The paper: fewer cells are faster, and errors are on average below 1 mm.
 Finding errors_finding(const std::vector<ErrorFigures>& scenes);

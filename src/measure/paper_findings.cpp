@@ -15,7 +15,7 @@ std::string fraction_text(double speed_up, int threads) {
   return fmt::format("{:.0f} %", 100.0 * parallel_fraction(speed_up, threads));
 }
 
-/// "0.92 to 1.20 times": the least and the most of a ratio over the scenes.
+/// The range of a ratio over the scenes as text: "0.92 to 1.20 times".
 template <class Of>
 std::string range_of(const std::vector<StructureFigures>& scenes, const char* format, Of&& of) {
   const auto [least, most] = std::ranges::minmax(scenes, {}, of);

@@ -92,7 +92,7 @@ Section stacking_timings(const PaperScene& stacking, const PaperEffort& effort) 
       .title = "Figure 6: index sort against serial hashing, stacking",
       .paper =
           "Index sort updates faster than spatial hashing even on one core; its query is slower "
-          "on one core (a pass more), which more cores make up for. The first frame is dear.",
+          "on one core (a pass more), which more cores make up for. The first frame is expensive.",
       .ours = fmt::format(
           "{} frames from the drop on, the same positions for all methods, in rotating order; the "
           "index sort needs no pass more, its query works on clusters of tets.",

@@ -37,8 +37,8 @@ void require_same(const Contacts& found, const Contacts& expected, const std::st
       found.depth == expected.depth && found.direction == expected.direction)
     return;
   throw Error("benchmark", name + ", frame " + std::to_string(frame),
-              std::to_string(found.size()) + " contacts, or other depths",
-              "those of the first method, " + std::to_string(expected.size()));
+              std::to_string(found.size()) + " contacts, or the same contacts with other depths",
+              "the contacts and depths of the first method, " + std::to_string(expected.size()));
 }
 
 }  // namespace

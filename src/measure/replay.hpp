@@ -30,12 +30,12 @@ struct Method {
   int threads = 1;
 };
 
-/// Time of a method for each frame: the least of several rounds, for each phase.
+/// Times of a method for each frame and phase: the smallest of several rounds.
 struct MethodTimes {
   std::vector<DetectionTimes> of_frame;
   DetectionCounts last_counts;
   std::size_t structure_bytes = 0;
-  std::size_t contacts = 0;  ///< of all frames
+  std::size_t contacts = 0;  ///< sum over all frames
   std::uint64_t hash =
       0;  ///< of the contacts of all frames; empty but for the first method: all have the same
   double cell_size = 0.0;

@@ -57,8 +57,8 @@ void run_frames(const QueryScene& scene, std::vector<Runner>& runners, double se
   }
   for (const Runner& runner : runners) {
     if (runner.hash == runners.front().hash) continue;
-    throw Error("benchmark", fmt::format("{}, {} threads", scene.name, runner.threads), "other contacts",
-                "those of one thread");
+    throw Error("benchmark", fmt::format("{}, {} threads", scene.name, runner.threads),
+                "contacts that differ", "the contacts found with one thread");
   }
 }
 

@@ -11,12 +11,12 @@
 namespace palpate::measure {
 
 struct ScalingEffort {
-  std::vector<double> tets;       ///< wanted sizes of a detection, ascending
-  std::vector<double> step_tets;  ///< of a whole step
-  double seconds = 0.0;           ///< for the frames of one size
+  std::vector<double> tets;       ///< wanted sizes for detections, ascending
+  std::vector<double> step_tets;  ///< wanted sizes for whole steps
+  double seconds = 0.0;           ///< time for the frames of one size
   std::vector<int> threads;
 };
-/// Up to a million tets; and up to ten million.
+/// Effort up to a million tets; and up to ten million.
 ScalingEffort quick_scaling();
 ScalingEffort full_scaling();
 

@@ -33,7 +33,7 @@ struct Table {
   std::vector<std::vector<nlohmann::ordered_json>> rows;
 };
 
-/// Times of something, ms, and their number; used to compare two reports.
+/// Times in ms of one operation, and how many there are; used to compare two reports.
 struct Measure {
   std::string name;
   bool reference = false;  ///< work outside of our code: shows the speed of the machine
@@ -52,19 +52,20 @@ Measure measure_of(std::string name, std::vector<double> milliseconds, bool refe
 struct Section {
   std::string id{};
   std::string title{};
-  std::string paper{};  ///< empty where the paper has nothing of the kind
+  std::string paper{};  ///< what the paper found; empty if it has nothing on this
   std::string ours{};
   Verdict verdict = Verdict::not_comparable;
   std::string why{};
   Table table{};
   std::vector<Chart> charts{};
   std::vector<Measure> measures{};
-  std::string result_hash{};  ///< of the results, the same on every machine; empty: nothing to hash
+  std::string
+      result_hash{};  ///< hash of the results, the same on every machine; empty if there is nothing to hash
 };
 
 nlohmann::ordered_json to_json(const Section& section);
 
-/// 16 hexadecimal digits.
+/// The hash as 16 hexadecimal digits.
 std::string hash_text(std::uint64_t hash);
 
 }  // namespace palpate::measure

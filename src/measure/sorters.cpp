@@ -49,7 +49,7 @@ Sorter std_sort(bool from_last_order) {
 Sorter copy() {
   auto words = std::make_shared<std::vector<std::uint64_t>>();
   return [words](const SortFrames& frames, std::size_t) -> const std::vector<std::uint64_t>& {
-    // Always of the first frame, so that no more memory is touched than by a sort in place.
+    // Always copy the first frame, so that no more memory is used than by a sort in place.
     const std::vector<std::uint64_t>& from = frames.sorted.front();
     words->resize(from.size());
     std::memcpy(words->data(), from.data(), from.size() * sizeof(std::uint64_t));

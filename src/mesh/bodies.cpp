@@ -97,7 +97,7 @@ void pair_faces(const std::vector<Tet>& tets, const std::string& source, Topolog
     if (next - f > 2) {
       throw Error(source, "tet " + std::to_string(faces[f + 2].tet),
                   "a face that tets " + std::to_string(faces[f].tet) + " and " +
-                      std::to_string(faces[f + 1].tet) + " share already",
+                      std::to_string(faces[f + 1].tet) + " have already",
                   "at most two tets on a face");
     }
     if (next - f == 2) {

@@ -7,15 +7,15 @@
 
 namespace palpate::scene_format {
 
-/// For each of three keys, whether it is given; exactly one must be.
+/// For each of three keys, whether it is given. Exactly one must be.
 using Alternatives = std::array<std::pair<std::string, bool>, 3>;
 template <class Visitor>
 void require_one(Visitor& v, const Alternatives& keys) {
   const auto count = std::ranges::count(keys, true, &Alternatives::value_type::second);
   const auto given = std::ranges::find(keys.rbegin(), keys.rend(), true, &Alternatives::value_type::second);
   v.rule(count == 1, given == keys.rend() ? keys[0].first : given->first,
-         count == 0 ? "nothing" : "it beside another",
-         "one of '" + keys[0].first + "', '" + keys[1].first + "' and '" + keys[2].first + "'");
+         count == 0 ? "nothing" : "more than one of these keys",
+         "exactly one of '" + keys[0].first + "', '" + keys[1].first + "' and '" + keys[2].first + "'");
 }
 
 /// The keys that select points, of which exactly one is given.

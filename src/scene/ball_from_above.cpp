@@ -16,7 +16,7 @@ double longest_edge(const Vec3& a, const Vec3& b, const Vec3& c) {
 }  // namespace
 
 std::vector<Vec3> surface_samples(const Bodies& bodies, double spacing) {
-  constexpr int most = 50;  // along an edge
+  constexpr int most = 50;  // samples along an edge
   std::vector<Vec3> samples;
   for (const Triangle& triangle : bodies.triangles()) {
     const Vec3& a = at(bodies.points_rest(), triangle[0]);
@@ -44,7 +44,7 @@ std::optional<Touch> touch_from_above(std::span<const Vec3> samples, double x, d
 }
 
 Vec3 place_of_touch(const Bodies& bodies, double radius) {
-  constexpr int lines = 31;  // along a side
+  constexpr int lines = 31;  // lines of the lattice along each side
   constexpr double off_middle = 0.5;
   constexpr double on_slope = 0.3;
   const MeshStatistics box = mesh_statistics(bodies, bodies.points_rest());

@@ -19,7 +19,8 @@ struct Overloaded : Cases... {
 template <class... Cases>
 Overloaded(Cases...) -> Overloaded<Cases...>;
 
-/// A generated mesh. Errors of the generator become errors of the scene, at `path` of the body.
+/// Makes a generated mesh. Errors of the generator become errors of the scene, at `path`, the key of the
+/// body.
 template <class Generate>
 TetMesh generated(const Scene& scene, const std::string& path, Generate&& generate) {
   try {
@@ -37,7 +38,7 @@ TetMesh body_mesh(const Scene& scene, std::size_t body, const MeshReader& read_m
   const auto read_file = [&](const MeshFile& file) {
     try {
       return read_mesh(scene.folder / file.path);
-    } catch (const Error& error) {  // the message also names the scene
+    } catch (const Error& error) {  // so that the message also names the scene
       throw Error(scene.source,
                   path + ".mesh, " + error.source() + (error.where().empty() ? "" : ", " + error.where()),
                   error.found(), error.expected());

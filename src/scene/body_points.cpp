@@ -86,7 +86,7 @@ class BodyPoints {
           throw Error(scene_.source, where,
                       "point " + std::to_string(i) +
                           (there >= 0 ? ", which follows another motion" : ", which is fixed"),
-                      "points that nothing else holds");
+                      "points that are not fixed and follow no other motion");
         }
         there = motion;
       }
@@ -111,8 +111,8 @@ class BodyPoints {
             const std::string& where) {
     const Index motion = at(motions_, other);
     if (attachment.stiffness) {
-      throw Error(scene_.source, where + ".stiffness", "it for a rigid body",
-                  "nothing: the points are glued to it");
+      throw Error(scene_.source, where + ".stiffness", "a stiffness, although 'to' is a rigid body",
+                  "no stiffness: points are glued to a rigid body");
     }
     if (motion >= 0) check_start(attachment.to, at(model_.motions, motion), where);
     for (const Index i : indices) {
@@ -137,8 +137,8 @@ class BodyPoints {
       model_.ties.push_back({range_.begin + i, tet, attachment.stiffness});
     }
   }
-  /// Throws Error where the motion does not start at the placement of the body: a bone that starts elsewhere
-  /// would tear the tissue.
+  /// Throws Error if the motion does not start where the body is placed: a bone that starts elsewhere would
+  /// tear the tissue.
   void check_start(const std::string& to, const Motion& motion, const std::string& where) const {
     const Keyframe& first = motion.keyframes.front();
     const Vec3 turned{first.quaternion[1], first.quaternion[2], first.quaternion[3]};

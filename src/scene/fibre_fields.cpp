@@ -15,7 +15,7 @@
 namespace palpate {
 namespace {
 
-/// Of the tets of one body that are of one material.
+/// Sets the fibres of those tets of one body that have one material.
 void add_field(const Scene& scene, std::size_t body, const std::string& path, Index material,
                const CellReader& read_cells, Model& model) {
   const std::string name = at(model.materials, material).fibres.field;
@@ -41,7 +41,7 @@ void add_field(const Scene& scene, std::size_t body, const std::string& path, In
   }
 }
 
-/// The points of all selections of an end, as indices in the body.
+/// The points of all selections of one end, as indices in the body.
 std::vector<Index> points_of(const Selector& select, const std::vector<FibreEnd>& ends,
                              const std::string& path) {
   std::vector<Index> points;

@@ -5,8 +5,8 @@
 
 #include "scene/units.hpp"
 
-/// The fields that a run can write and show, by the names that scenes, frames, Python and the viewer have for
-/// them. Their meaning: palpate/tissue.hpp, palpate/forces.hpp.
+/// The fields that a run can write and show, by the names that scenes, frames, Python and the viewer use.
+/// Their meaning: palpate/tissue.hpp, palpate/forces.hpp.
 namespace palpate {
 
 struct FieldInfo {
@@ -19,7 +19,7 @@ struct FieldInfo {
 };
 
 [[nodiscard]] std::span<const FieldInfo> field_infos();
-/// nullptr where there is no field of that name.
+/// The field of that name; nullptr if there is none.
 [[nodiscard]] const FieldInfo* find_field(std::string_view name);
 [[nodiscard]] std::span<const std::string_view> field_names();
 

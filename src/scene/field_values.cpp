@@ -12,7 +12,7 @@
 namespace palpate {
 namespace {
 
-/// The numbers of rows, in memory order.
+/// The rows as one list of numbers, in memory order.
 template <class Row>
 std::vector<double> numbers(const std::vector<Row>& rows) {
   static_assert(sizeof(Row) % sizeof(double) == 0 && std::is_trivially_copyable_v<Row>);
@@ -33,7 +33,7 @@ std::vector<double> of_tissue(const TissueState& state, std::string_view name) {
   return state.volume_ratio;
 }
 
-/// The data from which fields are computed, each on first use.
+/// The data from which fields are computed. Each is computed when it is first used.
 class Sources {
  public:
   explicit Sources(const Simulation& simulation) : simulation_(simulation) {}

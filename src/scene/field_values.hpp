@@ -25,10 +25,11 @@ struct FieldArrays {
 /// last step did not record; at the start, before the first step, they are zero.
 [[nodiscard]] FieldArrays field_arrays(const Simulation& simulation, std::span<const std::string> names);
 
-/// One field, at points or at tets. Throws Error as above, and for contacts or reactions at tets.
+/// One field, at points or at tets. Throws Error as field_arrays() does, and for contacts or reactions at
+/// tets.
 [[nodiscard]] FieldArray field_array(const Simulation& simulation, const std::string& name, bool of_tets);
 
-/// For each row, its number or the length of its vector.
+/// For each row: its number, or the length of its vector.
 [[nodiscard]] std::vector<double> row_sizes(std::vector<double> values, int components);
 
 /// One number for each point: the value of the field, or the length of its vector. NaN where it has no value.

@@ -18,8 +18,8 @@
 #include "scene/stage_fields.hpp"
 
 /// The definition of the scene format: the keys of each object, the members that they set, and their limits.
-/// The reader, the writer and the list of keys are visitors of these tables (values.hpp lists the functions
-/// of a visitor).
+/// The reader, the writer and the list of keys are visitors of these functions (values.hpp lists the
+/// functions of a visitor).
 namespace palpate::scene_format {
 
 template <class Visitor>
@@ -45,7 +45,7 @@ template <class Visitor>
 void describe(Visitor& v, Rotation& rotate) {
   v.optional("quaternion", rotate.quaternion);
   v.rule(!rotate.quaternion || !(v.given("axis") || v.given("angle")), "quaternion",
-         "it beside 'axis' or 'angle'", "either 'quaternion' or 'axis' and 'angle'");
+         "'quaternion' together with 'axis' or 'angle'", "either 'quaternion' or 'axis' and 'angle'");
   const auto is_zero = [](const auto& numbers) {
     return std::all_of(numbers.begin(), numbers.end(), [](double x) { return x == 0.0; });
   };
@@ -114,12 +114,11 @@ void describe(Visitor& v, Material& material) {
   const bool smoothed = material.elements == ElementKind::smoothed;
   v.rule(!smoothed || material.poisson_ratio >= 0.0, "poisson_ratio", "a number < 0",
          "a number >= 0 with smoothed elements");
-  v.rule(!smoothed || !material.plastic_yield, "plastic_yield", "it with smoothed elements",
+  v.rule(!smoothed || !material.plastic_yield, "plastic_yield", "plasticity with smoothed elements",
          "linear elements");
-  v.rule(!linear || !fibres, "fibres", "fibres with the model corotational",
-         "another 'model': corotational tissue has none");
-  v.rule(linear || !material.plastic_yield, "plastic_yield", "it with another model than corotational",
-         "the model corotational, which alone can yield");
+  v.rule(!linear || !fibres, "fibres", "fibres with the model corotational", "a hyperelastic 'model'");
+  v.rule(linear || !material.plastic_yield, "plastic_yield", "plasticity with a hyperelastic model",
+         "the model corotational, the only one that can yield");
   v.rule(!material.plastic_yield || v.given("plastic_creep"), "plastic_creep", "nothing",
          "a number >= 0, since 'plastic_yield' is given");
 }
@@ -157,7 +156,7 @@ void describe(Visitor& v, Fixation& fixation) {
   describe_points(v, fixation.points);
   v.field("axes", fixation.axes);
   v.rule(names_axes(fixation.axes), "axes", "'" + fixation.axes + "'",
-         "some of the letters x, y and z, as \"xz\"");
+         "one or more of the letters x, y and z, such as \"xz\"");
 }
 
 template <class Visitor>
@@ -195,7 +194,8 @@ void describe(Visitor& v, SceneMotion& motion) {
   v.rule(!motion.keyframes.empty(), "keyframes", "none", "one or more");
   const auto late = std::adjacent_find(motion.keyframes.begin(), motion.keyframes.end(),
                                        [](const auto& a, const auto& b) { return b.time <= a.time; });
-  v.rule(late == motion.keyframes.end(), "keyframes", "times that do not grow", "one later than the other");
+  v.rule(late == motion.keyframes.end(), "keyframes", "times that do not increase",
+         "each time later than the one before");
 }
 
 template <class Visitor>
@@ -218,7 +218,7 @@ void describe(Visitor& v, Ramp& ramp) {
   v.rule(!ramp.times.empty() && ramp.times.size() == ramp.factors.size(), "factors",
          std::to_string(ramp.factors.size()), "as many as times, one or more");
   v.rule(std::ranges::adjacent_find(ramp.times, std::greater_equal()) == ramp.times.end(), "times",
-         "times that do not grow", "one later than the other");
+         "times that do not increase", "each time later than the one before");
 }
 
 template <class Visitor>
@@ -274,15 +274,16 @@ void describe(Visitor& v, SceneBody& body) {
   v.optional("color", body.color, within(0, 1));
   v.rule(!is_rigid(body) || !body.self_collision, "self_collision", "true for a rigid body",
          "false: a rigid body has one shape");
-  v.rule(!is_rigid(body) || body.velocity == Vec3{}, "velocity", "one for a rigid body",
+  v.rule(!is_rigid(body) || body.velocity == Vec3{}, "velocity", "this key in a rigid body",
          "a body that deforms (an obstacle is moved by its motion)");
-  v.rule(!is_rigid(body) || body.angular_velocity == Vec3{}, "angular_velocity", "one for a rigid body",
+  v.rule(!is_rigid(body) || body.angular_velocity == Vec3{}, "angular_velocity", "this key in a rigid body",
          "a body that deforms (an obstacle is moved by its motion)");
-  v.rule(!body.motion || body.fixed.empty(), "fixed", "it in a body with a motion", "one of the two");
+  v.rule(!body.motion || body.fixed.empty(), "fixed", "'fixed' in a body with a 'motion'",
+         "only one of the two");
   v.rule(is_rigid(body) || body.material, "material", "nothing",
          "the material of a body that is neither an obstacle nor has a motion");
   const auto only_soft = [&](const auto& list, const char* key) {
-    v.rule(list.empty() || !is_rigid(body), key, "it in a rigid body", "a body that deforms");
+    v.rule(list.empty() || !is_rigid(body), key, "this key in a rigid body", "a body that deforms");
   };
   only_soft(body.regions, "regions");
   only_soft(body.prescribed, "prescribed");
@@ -290,9 +291,10 @@ void describe(Visitor& v, SceneBody& body) {
   only_soft(body.loads, "loads");
   only_soft(body.grabs, "grabs");
   v.rule(!body.fibre_ends || has_fibres(body, [](const Fibres& fibres) { return fibres.any(); }),
-         "fibre_ends", "it in a body without fibres", "'fibres' in its material or that of a region");
+         "fibre_ends", "'fibre_ends' in a body without fibres",
+         "'fibres' in its material or that of a region");
   v.rule(!body.fibre_ends || !has_fibres(body, [](const Fibres& fibres) { return !fibres.field.empty(); }),
-         "fibre_ends", "it beside 'fibres.field'", "one of the two");
+         "fibre_ends", "'fibre_ends' together with 'fibres.field'", "only one of the two");
 }
 
 template <class Visitor>
@@ -306,9 +308,9 @@ void describe(Visitor& v, Budget& budget) {
   v.optional("tests", budget.tests, at_least(1));
   v.optional("milliseconds", budget.milliseconds, above(0));
   v.optional("region", budget.region);
-  const char* const found = budget.tests ? "it with tests" : "neither tests nor milliseconds";
+  const char* const found = budget.tests ? "both tests and milliseconds" : "neither tests nor milliseconds";
   v.rule(budget.tests.has_value() != budget.milliseconds.has_value(), "milliseconds", found,
-         "one of tests and milliseconds");
+         "exactly one of tests and milliseconds");
 }
 
 /// The contact block of a scene: settings of detection and of contact forces.
@@ -330,8 +332,8 @@ void describe(Visitor& v, ContactBlock& contact) {
   v.optional("budget", contact.detection.budget);
   v.rule(!contact.detection.budget ||
              (contact.detection.structure == Structure::compact && !contact.detection.cells_per_primitive),
-         "budget", "it with another structure, or cells_per_primitive",
-         "the structure compact, and exact cells");
+         "budget", "a budget with another structure, or with cells_per_primitive",
+         "the structure compact without cells_per_primitive");
   v.word_or_number("stiffness", contact.response.stiffness, "auto", above(0));
   v.field("damping", contact.response.damping, at_least(0));
   v.field("friction", contact.response.friction, at_least(0));
@@ -375,7 +377,7 @@ inline bool names_three_sides(std::string_view axes) {
 
 template <class Visitor>
 void describe(Visitor& v, Scene& scene) {
-  v.ignored("$schema");  // used by editors
+  v.ignored("$schema");  // for editors
   v.field("name", scene.name);
   v.object("units", scene.units);
   v.set_units(scene.units);

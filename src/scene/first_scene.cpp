@@ -43,7 +43,7 @@ Vec3 rounded(const Vec3& v) {
 
 constexpr double density = 1000.0;
 constexpr double gravity = 9.81;
-constexpr double clearance = 0.05;  // distance to the instrument, over the height
+constexpr double clearance = 0.05;  // distance to the instrument, relative to the height
 
 /// Names of the bodies, all different.
 struct FirstSceneNames {
@@ -58,9 +58,9 @@ FirstSceneNames names_for(const std::string& body, const std::string& file) {
   return {body, file, other("floor", "ground"), other("instrument", "tool")};
 }
 
-/// The body in the scene: its centre above the origin, its lowest point on the floor.
+/// The body as placed in the scene: its centre is above the origin, its lowest point on the floor.
 struct Placed {
-  Bodies bodies;  ///< it alone, in m
+  Bodies bodies;  ///< this body alone, in m
   Vec3 translate;
   Vec3 size;
   double volume = 0.0;
@@ -81,8 +81,8 @@ Placed place(const TetMesh& mesh, double meters) {
   return placed;
 }
 
-/// The material of a body that hardly sags: by 1/200 of its height, in the mean, while its lowest tenth is
-/// held.
+/// A material so stiff that the body hardly sags: by 1/200 of its height on average, while its lowest tenth
+/// is held.
 Material material_for(const Placed& placed, const HeldParts& parts) {
   constexpr double softest = 20e3;
   constexpr double most_sag = 1.0 / 200.0;
@@ -109,13 +109,13 @@ SceneBody soft_body(const FirstSceneNames& names, const Placed& placed, const Fi
   } else {
     const BoxSelection& lowest = parts.boxes.front();
     body.fixed.push_back({BoxSelection{rounded(lowest.lower), rounded(lowest.upper)}});
-    // Further pieces may be small and far away: digits count.
+    // Further pieces may be small and far away, so write all digits.
     for (std::size_t i = 1; i < parts.boxes.size(); ++i) body.fixed.push_back({parts.boxes[i]});
   }
   return body;
 }
 
-/// Sides of a square on which the body lies, also where it topples over.
+/// Side length of a square on which the body lies, also if it topples over.
 double side_of_floor(const Placed& placed) {
   const double side = std::max(placed.size.x, placed.size.y);
   return 2.0 * std::max(side, placed.size.z);
@@ -134,10 +134,10 @@ SceneBody floor_of(const std::string& name, const Placed& placed, const FirstSce
   return floor;
 }
 
-/// A ball that comes down on the body, and stays.
+/// A ball that comes down on the body and stays there.
 SceneBody ball_for(const std::string& name, const Placed& placed) {
   constexpr int resolution = 4;
-  constexpr double press = 1.0 / 7.0;  // of the height
+  constexpr double press = 1.0 / 7.0;  // depth of the press, relative to the height
   const Vec3& size = placed.size;
   const auto [least, most] = std::minmax({size.x, size.y, size.z});
   const double radius = rounded(0.18 * std::sqrt(least * most));
@@ -168,15 +168,15 @@ SceneBody plate_for(const std::string& name, const Placed& placed) {
   return plate;
 }
 
-/// From the side, so low that the plate does not hide what it presses.
+/// A camera at the side, so low that the plate does not hide the body.
 Camera camera_below_the_plate(const Placed& placed) {
   const double side = side_of_floor(placed);
   return {.position = rounded(Vec3{0.8 * side, -1.3 * side, 0.2 * placed.size.z}),
           .target = Vec3{0.0, 0.0, rounded(0.25 * placed.size.z)}};
 }
 
-/// The body falls and comes to rest; then the plate comes down until it presses, and stays there. How the
-/// body lies is not known before, so the force ends the motion.
+/// Two stages: the body falls and comes to rest; then the plate comes down until it presses, and stays there.
+/// The motion ends at a given force, because it is not known beforehand how the body will lie.
 std::vector<Stage> stages_of_drop(const FirstSceneNames& names, double mass, const Placed& placed) {
   constexpr double weights = 2.0;
   constexpr double time = 4.0;
@@ -233,7 +233,7 @@ FirstScene make_first_scene(const std::string& name, const std::string& file, co
   const FirstSceneNames names = names_for(name, file);
   scene.bodies = {soft_body(names, placed, options), floor_of(names.floor, placed, options),
                   options.drop ? plate_for(names.instrument, placed) : ball_for(names.instrument, placed)};
-  // Slender bodies are made so stiff that a step needs more iterations than usual.
+  // A slender body is made so stiff that a step needs more iterations than usual.
   constexpr double stiff = 1e7;
   constexpr int many_iterations = 2000;
   if (scene.bodies.front().material->young_modulus > stiff)

@@ -26,7 +26,7 @@ void require(bool holds, const char* source, const char* where, const std::strin
   if (!holds) throw Error(source, where, found, expected);
 }
 
-/// Whether check_mesh() accepts such a coordinate.
+/// Whether check_mesh() accepts a coordinate of this size.
 bool is_length(double x) {
   return x > 0.0 && x <= 1e100;
 }
@@ -36,7 +36,7 @@ double signed_volume(const TetMesh& mesh, const Tet& tet) {
   return dot(at(mesh.points, tet[1]) - a, cross(at(mesh.points, tet[2]) - a, at(mesh.points, tet[3]) - a));
 }
 
-/// Corners of a cell are numbered x + 2 y + 4 z. The first tet is the middle one.
+/// The corners of a cell are numbered x + 2 y + 4 z. The first tet is the middle one.
 constexpr std::array<std::array<int, 4>, 5> even_cell{
     {{0, 3, 6, 5}, {1, 0, 5, 3}, {2, 0, 3, 6}, {4, 0, 6, 5}, {7, 3, 5, 6}}};
 
@@ -64,7 +64,7 @@ void add_cell(const std::array<int, 3>& cells, int i, int j, int k, std::vector<
       const int x = (corners[c] & 1) ^ (odd ? 1 : 0);  // mirrored along x
       tet[c] = point(i + x, j + (corners[c] >> 1 & 1), k + (corners[c] >> 2));
     }
-    if (odd) std::swap(tet[2], tet[3]);  // mirroring has inverted it
+    if (odd) std::swap(tet[2], tet[3]);  // mirroring has inverted the tet
     tets.push_back(tet);
   }
 }
@@ -182,7 +182,7 @@ TetMesh make_ball(double radius, int resolution) {
   const auto faces = icosahedron_faces();
   const auto lattice = lattice_tets(resolution);
   std::map<std::pair<int, BallKey>, Index>
-      index_of;  // sorted by layer first, so that points are numbered layer by layer
+      index_of;  // sorted by layer first, so points are numbered layer by layer
   for (const auto& face : faces) {
     for (const auto& tet : lattice) {
       for (const Lattice& p : tet) index_of.emplace(std::pair(p[0], ball_key(p, face)), 0);

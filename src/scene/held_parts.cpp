@@ -11,9 +11,10 @@
 namespace palpate {
 namespace {
 
-constexpr double held = 0.1;  // of the height
+constexpr double held = 0.1;  // relative to the height
 
-/// The lowest tenth of the box of some points, wider than it to all sides, so that rounding loses no point.
+/// The lowest tenth of the bounding box of some points. It is wider than the box to all sides, so that
+/// rounding loses no point.
 BoxSelection lowest_tenth(const Bodies& body, const std::vector<Index>& points) {
   Vec3 lower = at(body.points_rest(), points.front());
   Vec3 upper = lower;
@@ -37,7 +38,7 @@ HeldParts held_parts(const Bodies& body) {
   for (const Edge& edge : body.edges()) pieces.join(edge[0], edge[1]);
   for (const Edge& edge : body.edges()) all.insert(all.end(), edge.begin(), edge.end());
   std::ranges::sort(all);
-  all.erase(std::ranges::unique(all).begin(), all.end());  // without points in no tet
+  all.erase(std::ranges::unique(all).begin(), all.end());  // without points that are in no tet
   for (const Index point : all) by_piece[pieces.find(point)].push_back(point);
 
   HeldParts parts{{lowest_tenth(body, all)}, std::vector<std::uint8_t>(body.points_rest().size(), 1)};

@@ -30,8 +30,8 @@ std::string place_of(std::string_view text, std::size_t byte) {
   return "line " + std::to_string(line) + ", column " + std::to_string(column);
 }
 
-/// First byte of the token that ends before byte `end`. nlohmann's token is exact for strings and numbers;
-/// for other tokens older text may precede it, so only the letters at its end are used.
+/// First byte of the token that ends before byte `end`. nlohmann's token is exact for strings and numbers.
+/// Before other tokens it may contain older text, so only the letters at its end are used.
 std::size_t token_begin(std::string_view text, std::size_t end, const std::string& token, bool is_word) {
   end = std::min(end, text.size());
   std::size_t begin = end > 0 ? end - 1 : 0;
@@ -60,8 +60,8 @@ std::pair<std::string, std::string> found_and_expected(std::string message) {
   return {shortened(std::move(message)), std::move(expected)};
 }
 
-/// Builds the document from the parser's events, so that a repeated key is found before the second value
-/// replaces the first, and errors have a position.
+/// Builds the document from the parser's events. So a repeated key is found before the second value replaces
+/// the first, and errors have a position.
 class Builder {
  public:
   Builder(std::string_view text, const std::string& source) : text_(text), source_(source) {}
@@ -73,7 +73,7 @@ class Builder {
   bool number_unsigned(json::number_unsigned_t value) { return scalar(value); }
   bool number_float(json::number_float_t value, const std::string&) { return scalar(value); }
   bool string(std::string& value) { return scalar(std::move(value)); }
-  bool binary(json::binary_t&) { return false; }  // no text form
+  bool binary(json::binary_t&) { return false; }  // JSON text has no binary values
   bool start_object(std::size_t) { return open(json::object()); }
   bool start_array(std::size_t) { return open(json::array()); }
   bool end_object() { return close(); }
@@ -153,7 +153,7 @@ std::string on_one_line(const ordered_json& value) {
 }
 
 void append(std::string& text, const ordered_json& value, std::size_t indent, std::size_t used) {
-  constexpr std::size_t width = 109;  // a comma may follow
+  constexpr std::size_t width = 109;  // leaves room for a comma
   const std::string line = on_one_line(value);
   if (!value.is_structured() || value.empty() || (indent > 0 && used + line.size() <= width)) {
     text += line;

@@ -11,11 +11,10 @@ namespace palpate {
 /// JSON, a number too large for a double) or the path of a repeated key. O(n log n).
 nlohmann::json parse_json(std::string_view text, const std::string& source);
 
-/// Readable JSON: values that fit a line of 110 columns are on one line, others are indented by 2.
+/// Readable JSON: a value that fits on a line of 110 columns is on one line; others are indented by 2.
 std::string format_json(const nlohmann::ordered_json& value);
 
-/// A short description of a value for the "found" of an error: the value itself, or "an object", "an array of
-/// 3".
+/// A short description of a value for "found" in an error: the value itself, or "an object", "an array of 3".
 std::string describe_json(const nlohmann::json& value);
 
 /// Path of `key` in the object at `path`: "bodies[2].material"; a key with special characters is written as a

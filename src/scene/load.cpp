@@ -26,7 +26,7 @@ Vec3 place(const Transform& transform, const Quaternion& rotation, const Vec3& p
   return rotated(rotation, scaled) + transform.translate;
 }
 
-/// The label of each tet of a body; empty where no region asks for one.
+/// The label of each tet of a body; empty if no region asks for one.
 std::vector<double> labels_of(const Scene& scene, Index body, Index tets, const CellReader& read_cells) {
   const std::vector<Region>& regions = at(scene.bodies, body).regions;
   const auto asks = std::ranges::find_if(
@@ -64,7 +64,7 @@ void add_regions(const Scene& scene, Index body, const CellReader& read_cells, M
   }
 }
 
-/// Where any body has a region, each tet gets its material.
+/// If any body has a region, gives each tet its material.
 void add_all_regions(const Scene& scene, const CellReader& read_cells, Model& model) {
   if (std::ranges::all_of(scene.bodies, [](const SceneBody& body) { return body.regions.empty(); })) return;
   for (Index body = 0; body < model.bodies.body_count(); ++body) {

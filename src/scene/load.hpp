@@ -18,7 +18,7 @@ namespace palpate {
 
 /// Reads the tet mesh of a file; throws Error naming the file. Callers pass it, so that scenes need no VTK.
 using MeshReader = std::function<TetMesh(const std::filesystem::path&)>;
-/// Reads numbers for each tet of a file (io::read_cell_data()): of this name, so many components.
+/// Reads `components` numbers for each tet of a file, from the array of this name (io::read_cell_data()).
 using CellReader =
     std::function<std::vector<double>(const std::filesystem::path&, const std::string&, std::size_t)>;
 

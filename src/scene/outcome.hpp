@@ -17,16 +17,16 @@ struct ScenePoint {
   std::string body;
   Vec3 at{};
 };
-/// Displacement from rest of the centre of mass of a body, or of a place in it.
+/// Displacement from rest: of the centre of mass of a body, or of a place in it.
 struct DisplacementOutcome {
   std::string body;
   std::optional<Vec3> at{};
-  std::optional<Vec3> along{};  ///< only the part along this direction, with its sign
+  std::optional<Vec3> along{};  ///< given: only the component along this direction, with its sign
 };
 /// Rotation of a body from its placement: the best fit to its shape, weighted by mass.
 struct RotationOutcome {
   std::string body;
-  std::optional<Vec3> about{};  ///< only the part about this direction, with its sign
+  std::optional<Vec3> about{};  ///< given: only the component about this direction, with its sign
 };
 struct DistanceOutcome {
   ScenePoint from;
@@ -54,7 +54,7 @@ struct ContactAreaOutcome {
 struct StressOutcome {
   std::string body;
 };
-/// Contact force on a body, by all others or by one.
+/// Contact force on a body: by all others, or by one.
 struct ForceOutcome {
   std::string body;
   std::optional<std::string> from{};

@@ -92,7 +92,7 @@ struct OutcomeReader {
 struct OutcomeTeller {
   const Simulation& simulation;
   const OutcomeProbe::Of& of;
-  const std::vector<double>& stresses;  ///< (n_bodies) largest, or empty where no outcome asks for them
+  const std::vector<double>& stresses;  ///< (n_bodies) largest von Mises stress; empty if no outcome needs it
 
   OutcomeValue operator()(const DisplacementOutcome& o) const {
     if (!o.at) return vector(center(positions()) - center(bodies().points_rest()));

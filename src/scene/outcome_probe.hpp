@@ -16,22 +16,24 @@ namespace palpate {
 /// Description of an outcome.
 struct OutcomeInfo {
   std::string name;
-  std::string kind;  ///< "displacement": the key of its definition
+  std::string kind;  ///< the key of its definition, such as "displacement"
   Dimension dimension{};
-  bool degrees = false;     ///< an angle; has no dimension
-  bool has_vector = false;  ///< three components besides the value
+  bool degrees = false;     ///< the value is an angle, without dimension
+  bool has_vector = false;  ///< it has three components besides the value
 };
 
 /// The value of an outcome at a time, in the units of the scene.
 struct OutcomeValue {
   double value = 0.0;
-  std::optional<Vec3> vector{};  ///< the whole vector, of displacements, rotations and forces
+  /// Displacements, rotations and forces also have components; their `value` is the length, or the component
+  /// along the direction that the scene gives.
+  std::optional<Vec3> vector{};
 };
 
 /// Computes the outcomes of a scene.
 class OutcomeProbe {
  public:
-  /// Throws Error naming the scene and the key path where a place is outside of its body. O(tets x places).
+  /// Throws Error naming the scene and the key path if a place is outside its body. O(tets x places).
   OutcomeProbe(const Scene& scene, const Bodies& bodies);
 
   [[nodiscard]] const std::vector<OutcomeInfo>& infos() const { return infos_; }

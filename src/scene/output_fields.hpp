@@ -45,7 +45,7 @@ void describe(Visitor& v, FieldMap& map) {
   v.field("least", map.least);
   v.word_or_number("most", map.most, "auto", any);
   v.field("bodies", map.bodies);
-  v.rule(!map.most || *map.most > map.least, "most", "a value that is not above 'least'", "a larger one");
+  v.rule(!map.most || *map.most > map.least, "most", "a value not above 'least'", "a larger one");
   const FieldInfo* const info = find_field(map.name);
   v.rule(map.name.empty() || (info != nullptr && info->components <= 3), "name", "'" + map.name + "'",
          info != nullptr ? "a field of one or three components" : expected_name(map.name, field_names()));
@@ -67,7 +67,8 @@ void describe(Visitor& v, View& view) {
   v.optional("cut", view.cut);
   v.optional("displacement", view.displacement);
   v.optional("field", view.field);
-  v.rule(!view.displacement || !view.field, "field", "it beside 'displacement'", "one of the two");
+  v.rule(!view.displacement || !view.field, "field", "'field' together with 'displacement'",
+         "only one of the two");
   v.field("contacts", view.contacts);
   const auto plain = [](char c) {
     return ('a' <= c && c <= 'z') || ('A' <= c && c <= 'Z') || ('0' <= c && c <= '9') || c == '-' || c == '_';

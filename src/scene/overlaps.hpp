@@ -8,9 +8,9 @@
 
 namespace palpate {
 
-/// Contacts between two bodies, or of a body with itself, on both sides; edge contacts included.
+/// The contacts between two bodies, or of a body with itself, in both directions; edge contacts included.
 struct Overlap {
-  Index first = 0;   ///< body; <= second
+  Index first = 0;   ///< a body; first <= second
   Index second = 0;  ///< body
   std::uint64_t contacts = 0;
   double deepest = 0.0;  ///< in the unit of length of the positions

@@ -11,7 +11,8 @@ namespace palpate {
 
 double sag_under_own_weight(const Bodies& bodies, const Material& material,
                             const std::vector<std::uint8_t>& fixed) {
-  // So stiff that the body hardly turns, in steps so long that inertia does not count: one step is at rest.
+  // The tissue is so stiff that the body hardly rotates, and the step is so long that inertia does not
+  // matter. So one step reaches the state at rest.
   constexpr double stiffer = 1e6;
   Material stiff = material;
   stiff.young_modulus *= stiffer;
@@ -19,7 +20,7 @@ double sag_under_own_weight(const Bodies& bodies, const Material& material,
   stiff.stiffness_damping = 0.0;
   SimulationSettings settings;
   settings.time_step = 1.0;
-  // The error that `solution` bounds is relative to a free fall of that time.
+  // The error that `solution` bounds is relative to a free fall of that duration.
   settings.solver.tolerance_of = ToleranceOf::residual;
   settings.solver.tolerance = 1e-6;
   settings.solver.max_iterations = 3000;

@@ -8,13 +8,13 @@
 
 namespace palpate {
 
-/// How far a body at rest sags under its own weight (9.81 m/s^2 along -z): the root mean square displacement
-/// of its mass, m. It counts small displacements, as if the body were much stiffer, so it is proportional to
-/// 1 / young_modulus.
+/// How far a body sags under its own weight (9.81 m/s^2 along -z): the root mean square displacement of its
+/// mass, m. It is computed for small displacements, as if the body were much stiffer, so it is proportional
+/// to 1 / young_modulus.
 ///
 /// \param fixed  (n_points) 1: does not move
 ///
-/// One step of a simulation.
+/// Needs one step of a simulation.
 double sag_under_own_weight(const Bodies& bodies, const Material& material,
                             const std::vector<std::uint8_t>& fixed);
 

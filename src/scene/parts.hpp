@@ -71,7 +71,7 @@ struct NearSelection {
 };
 using Selection = std::variant<BoxSelection, SphereSelection, PointSelection, NearSelection>;
 
-/// Points that do not move, along all or some axes of the world.
+/// Points that do not move along some or all axes of the world.
 struct Fixation {
   Selection points;
   std::string axes{"xyz"};  ///< axes along which they do not move: x, y and z, each at most once
@@ -118,14 +118,14 @@ struct Prescription {
   Selection points;
   SceneMotion motion;
 };
-/// Points at an end of the fibres of a body.
+/// Points at one end of the fibres of a body.
 struct FibreEnd {
   Selection points;
 };
 /// Fibres along curves from some points of a body to others; see fibres_between().
 struct FibreEnds {
-  std::vector<FibreEnd> from;  ///< the union of them
-  std::vector<FibreEnd> to;    ///< the union of them, without points of `from`
+  std::vector<FibreEnd> from;  ///< union of these selections
+  std::vector<FibreEnd> to;    ///< union of these selections, without points of `from`
 };
 /// A load: one of a force on selected points, and a pressure or traction on surface triangles with all
 /// corners selected.
@@ -133,10 +133,10 @@ struct Load {
   std::optional<Vec3> force{};       ///< in equal parts on the points
   std::optional<double> pressure{};  ///< against the outward normal; follows the surface
   std::optional<Vec3> traction{};    ///< per area at rest; keeps its direction
-  std::optional<Ramp> ramp{};        ///< none: the whole load all the time
+  std::optional<Ramp> ramp{};        ///< none: the full load at all times
   Selection points;
 };
-/// A spring from the point of the body nearest to `from` to a place in space.
+/// A spring between a place in space and the point of the body that is nearest to `from`.
 struct SceneGrab {
   Vec3 from{};
   Vec3 target{};

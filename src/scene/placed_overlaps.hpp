@@ -10,7 +10,7 @@
 
 namespace palpate {
 
-/// A body that a plan puts somewhere, and a rigid body that is there already.
+/// Two bodies that overlap: one that a stage has placed, and a rigid body.
 struct PlacedOverlap {
   Index placed = 0;
   Index other = 0;
@@ -18,19 +18,19 @@ struct PlacedOverlap {
   double deepest = 0.0;  ///< in the scene's unit of length
 };
 
-/// Finds bodies that stages put into rigid ones, as a plate into bone: no contact keeps two bodies apart that
-/// are both held.
+/// Finds bodies that stages have placed inside rigid ones, such as a plate in bone. No contact separates two
+/// bodies that are both held.
 class PlacedOverlaps {
  public:
   PlacedOverlaps(const Scene& scene, const Bodies& bodies);
 
-  /// The pairs that overlap by more than 1 % of the smaller mean edge length of the two, in the order of the
-  /// bodies. A body counts as placed where it has a motion, or a stage inserts it or moves all of it; and
-  /// only while it is there and held whole. O(a detection of these bodies).
+  /// The pairs that overlap by more than 1 % of the smaller of their mean edge lengths, in the order of the
+  /// bodies. A body counts as placed if it has a motion, or if a stage inserts it or moves all of it; and
+  /// only while it is in the scene and held as a whole. O(a detection of these bodies).
   [[nodiscard]] std::vector<PlacedOverlap> find(const Simulation& simulation) const;
 
  private:
-  std::vector<std::uint8_t> rigid_;   ///< (n_bodies) in the scene
+  std::vector<std::uint8_t> rigid_;   ///< (n_bodies) 1: rigid in the scene
   std::vector<std::uint8_t> placed_;  ///< (n_bodies)
 };
 

@@ -16,8 +16,8 @@
 
 namespace palpate::scene_format {
 
-/// Visitor of fields.hpp that fills an object from JSON. It records which keys were read; finish() then
-/// refuses the others.
+/// Visitor of fields.hpp that fills an object from JSON. It records which keys were read. finish() then
+/// refuses all other keys.
 class Reader {
  public:
   Reader(Context& context, std::string path, const nlohmann::json& object)
@@ -48,19 +48,19 @@ class Reader {
     std::string text;
     if (const auto* json = find(key)) decode(context_, key_path(path_, key), *json, text, any);
   }
-  /// One of a table of names, whose index is the value of the enumeration.
+  /// One of a list of names; its index is the value of the enumeration.
   template <class Enum>
   void choice(std::string_view key, Enum& value, std::span<const std::string_view> names) {
     const auto* json = find(key);
     if (json != nullptr)
       value = static_cast<Enum>(decode_choice(context_, key_path(path_, key), *json, names));
   }
-  /// One of a table of names; the name gives other keys their defaults.
+  /// One of a list of names; the name sets defaults of other keys.
   template <class Enum>
   void preset(std::string_view key, std::optional<Enum>& value, std::span<const std::string_view> names) {
     if (find(key) != nullptr) choice(key, value.emplace(), names);
   }
-  /// One of a table of names, or a number.
+  /// One of a list of names, or a number.
   template <class Enum>
   void words_or_number(std::string_view key, std::variant<Enum, double>& value,
                        std::span<const std::string_view> names, const Limits& limits) {
@@ -79,7 +79,7 @@ class Reader {
     }
     value = static_cast<Enum>(name - names.begin());
   }
-  /// A number, or the word for "none".
+  /// A number, or the word that stands for "none".
   template <class Number>
   void word_or_number(std::string_view key, std::optional<Number>& value, std::string_view word,
                       const Limits& limits) {
@@ -117,7 +117,7 @@ class Reader {
     values.resize(json->size());
     for (std::size_t i = 0; i < json->size(); ++i) read_object(element_path(path, i), (*json)[i], values[i]);
   }
-  /// Exactly one of the keys, in the order of the variant's types.
+  /// Exactly one of the keys; they are in the order of the variant's types.
   template <class... Types>
   void one_of(std::variant<Types...>& value, const std::array<std::string_view, sizeof...(Types)>& keys) {
     std::vector<std::string_view> there;
@@ -135,7 +135,7 @@ class Reader {
     broken_ = BrokenRule{key_path(path_, key), found, expected};
   }
   void set_units(const Units& units) { context_.units = units; }
-  /// One of a table of units. finish() reports all wrong ones together.
+  /// One of a list of units. finish() reports all wrong ones together.
   template <std::size_t n>
   void unit(std::string_view key, std::string& value, const std::array<UnitName, n>& known) {
     field(key, value);
@@ -191,7 +191,7 @@ class Reader {
       read_alternative<I + 1>(value, keys, there);
     }
   }
-  /// Reports a misspelt alternative, if there is one, in place of the missing key.
+  /// If an alternative is misspelt, reports that in place of the missing key.
   [[noreturn]] void refuse_alternatives(const std::vector<std::string_view>& there,
                                         std::span<const std::string_view> keys) const;
   /// Reports all wrong units in one error.

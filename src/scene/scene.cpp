@@ -21,14 +21,14 @@ namespace scene_format {
 void Reader::refuse_alternatives(const std::vector<std::string_view>& there,
                                  std::span<const std::string_view> keys) const {
   if (there.size() > 1) {
-    fail(context_, key_path(path_, there[1]), "it beside '" + std::string(there[0]) + "'",
+    fail(context_, key_path(path_, there[1]), "this key together with '" + std::string(there[0]) + "'",
          "only one of the two");
   }
   for (const auto& item : object_.items()) {
     const auto near = nearest_name(item.key(), keys);
     if (near) fail(context_, key_path(path_, item.key()), "unknown key", "'" + std::string(*near) + "'");
   }
-  fail(context_, path_, "none of its alternatives", expected_name("", keys));
+  fail(context_, path_, "none of the keys of which one is required", expected_name("", keys));
 }
 
 void Reader::refuse_units() const {
@@ -60,8 +60,8 @@ void name_bodies(Scene& scene) {
     std::string& name = scene.bodies[i].name;
     if (name.empty()) name = "body " + std::to_string(i);
     if (!names.insert(name).second) {
-      throw Error(scene.source, element_path("bodies", i) + ".name", "'" + name + "' again",
-                  "a name of its own");
+      throw Error(scene.source, element_path("bodies", i) + ".name", "'" + name + "' for the second time",
+                  "a name that no other has");
     }
   }
 }
@@ -73,7 +73,8 @@ void check_views(const Scene& scene) {
     const View& view = scene.output.views[i];
     const std::string path = element_path("output.views", i);
     if (!names.insert(view.name).second)
-      throw Error(scene.source, path + ".name", "'" + view.name + "' again", "a name of its own");
+      throw Error(scene.source, path + ".name", "'" + view.name + "' for the second time",
+                  "a name that no other has");
     check_known(scene, view.bodies, path + ".bodies");
     if (view.cut) check_known(scene, view.cut->bodies, path + ".cut.bodies");
     if (view.displacement) check_known(scene, view.displacement->bodies, path + ".displacement.bodies");
@@ -95,8 +96,8 @@ void set_duration(Scene& scene, const nlohmann::json& json) {
   if (scene.stages.empty()) return;
   const double sum = sum_of_limits(scene);
   if (json.contains("duration") && scene.duration != sum) {
-    throw Error(scene.source, "duration", number_text(scene.duration) + " beside 'stages'",
-                "nothing, or what their limits add up to, " + number_text(sum));
+    throw Error(scene.source, "duration", number_text(scene.duration) + " together with 'stages'",
+                "no 'duration', or the sum of the limits of the stages, " + number_text(sum));
   }
   scene.duration = sum;
 }
@@ -108,7 +109,7 @@ void mark_self_collision(Scene& scene) {
   for (const SceneBody& body : scene.bodies) flags.push_back(body.self_collision ? 1 : 0);
 }
 
-/// Bodies that are not to touch each other.
+/// The pairs of bodies that must not touch each other.
 void ignore_pairs(Scene& scene) {
   auto& pairs = scene.settings.detection.ignored_pairs;
   pairs.clear();
@@ -138,13 +139,13 @@ void fill(Scene& scene, const nlohmann::json& json) {
   ignore_pairs(scene);
 }
 
-/// A change of the text of a scene, and the path of the changed value as the reader names it.
+/// A change of a scene by its text, and the path of the changed value in the reader's errors.
 struct AppliedChange {
   const std::string& text;
   std::string path;
 };
 
-/// The change that gave the value at a key path, or null.
+/// The change that gave the value at a key path; null if there is none.
 const AppliedChange* change_at(const std::string& where, const std::vector<AppliedChange>& changes) {
   const auto gave = [&](const AppliedChange& change) {
     const std::size_t end = change.path.size();
@@ -183,7 +184,7 @@ namespace {
 
 nlohmann::ordered_json scene_json(const Scene& scene, const nlohmann::ordered_json* defaults = nullptr) {
   scene_format::Writer writer("", defaults, defaults != nullptr);
-  // The same tables are used for reading and writing, so they take non-const references.
+  // The same functions are used for reading and writing, so they take non-const references.
   Scene copy = scene;
   describe(writer, copy);
   return writer.take();

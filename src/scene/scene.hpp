@@ -29,19 +29,19 @@ struct SceneBody {
   std::string name;  ///< unique in the scene
   BodySource source;
   Transform transform;
-  std::optional<Material> material;       ///< always set for a deformable body
-  Vec3 velocity{};                        ///< of all free points at the start, m/s
-  Vec3 angular_velocity{};                ///< added to it; about the centre of mass at the start, rad/s
-  std::optional<Vec3> gravity{};          ///< replaces the gravity of the scene
-  std::vector<Region> regions;            ///< other materials; the last of several for a tet holds
-  std::optional<FibreEnds> fibre_ends{};  ///< fibres run between these ends; replaces their direction
-  std::vector<Fixation> fixed;            ///< fixed points: the union of them
+  std::optional<Material> material;  ///< always set for a deformable body
+  Vec3 velocity{};                   ///< of all free points at the start, m/s
+  Vec3 angular_velocity{};           ///< added to it; about the centre of mass at the start, rad/s
+  std::optional<Vec3> gravity{};     ///< replaces the gravity of the scene
+  std::vector<Region> regions;       ///< with other materials; if a tet is in several, the last one counts
+  std::optional<FibreEnds> fibre_ends{};  ///< replaces the fibre direction of the material
+  std::vector<Fixation> fixed;            ///< fixed points: the union of these selections
   std::vector<Prescription> prescribed;
-  bool absent = false;                ///< not there before a stage brings it in
-  bool obstacle = false;              ///< rigid: no point of the body moves but by its motion
-  bool self_collision = false;        ///< the body also touches itself
-  BodyNames no_contact{};             ///< other bodies that it does not touch
-  std::optional<SceneMotion> motion;  ///< makes the body rigid, and moves it
+  bool absent = false;                ///< absent until a stage inserts it
+  bool obstacle = false;              ///< rigid: its points move only with its motion
+  bool self_collision = false;        ///< the body can be in contact with itself
+  BodyNames no_contact{};             ///< other bodies that it has no contact with
+  std::optional<SceneMotion> motion;  ///< makes the body rigid and moves it
   std::vector<Attachment> attached;
   std::vector<Load> loads;
   std::vector<SceneGrab> grabs;
@@ -79,15 +79,15 @@ struct FieldMap {
   std::optional<double> most{};  ///< end of the scale; none: the largest value
   BodyNames bodies{};            ///< bodies that are coloured; empty: deformable bodies
 };
-/// A pair of bodies whose force on each other is written.
+/// A pair of bodies for which the force on each other is written.
 struct BodyPair {
   BodyNames bodies;
 };
 /// The time of a view.
 enum class ViewTime {
-  end,    ///< of the run
-  start,  ///< start of the run, after overlaps were removed
-  both    ///< side by side
+  end,    ///< at the end of the run
+  start,  ///< at the start of the run, after overlaps were removed
+  both    ///< both, side by side
 };
 inline constexpr std::array<std::string_view, 3> view_time_names{"end", "start", "both"};
 /// A picture besides picture.png: NAME.png.
@@ -106,7 +106,7 @@ struct View {
 struct OutputSettings {
   int every = 10;       ///< steps from one frame file to the next
   FieldNames fields{};  ///< further fields of frames, besides displacement, velocity, contact and depth
-  std::vector<BodyPair> pairs{};  ///< pairs with columns in forces.csv
+  std::vector<BodyPair> pairs{};  ///< pairs of bodies with columns in forces.csv
   Picture picture;
   std::vector<View> views;
   bool report = false;  ///< write a page about the run, with pictures of the ends of stages
@@ -121,18 +121,18 @@ inline bool is_rigid(const SceneBody& body) {
 struct Scene {
   std::string name;
   Units units;
-  /// The sides of the patient to which x, y and z point: "LPS" is left, posterior, superior. None: no
-  /// patient.
+  /// The sides of the patient to which x, y and z point, such as "LPS" for left, posterior, superior. None:
+  /// not a patient.
   std::optional<std::string> axes{};
   SimulationSettings settings;
   double duration = 1.0;               ///< simulated time, > 0
-  std::optional<RelaxSettings> relax;  ///< overlaps at the start are removed before a run; none: they stay
+  std::optional<RelaxSettings> relax;  ///< removal of overlaps before a run; none: overlaps stay
   std::vector<SceneBody> bodies;
-  std::vector<Stage> stages;           ///< one after the other; the duration is the sum of their limits
+  std::vector<Stage> stages;           ///< in sequence; the duration is the sum of their limits
   std::vector<SceneOutcome> outcomes;  ///< quantities that a run determines
   OutputSettings output;
-  std::string source;            ///< the file (or other origin) that errors name; not part of the text
-  std::filesystem::path folder;  ///< mesh paths are relative to it; not part of the text
+  std::string source;            ///< the file (or other origin) that errors name; not written to the text
+  std::filesystem::path folder;  ///< mesh paths are relative to it; not written to the text
 };
 
 /// Reads a scene file; `changes`, each "KEY=VALUE" (scene/changes.hpp), replace its values. Throws Error:

@@ -19,12 +19,12 @@ void check_names(const Scene& scene, const List& list, const char* key) {
   std::set<std::string> names;
   for (std::size_t i = 0; i < list.size(); ++i) {
     if (names.insert(list[i].name).second) continue;
-    throw Error(scene.source, element_path(key, i) + ".name", "'" + list[i].name + "' again",
-                "a name of its own");
+    throw Error(scene.source, element_path(key, i) + ".name", "'" + list[i].name + "' for the second time",
+                "a name that no other has");
   }
 }
 
-/// The body of each element of a list.
+/// The body that each item of a list refers to.
 template <class List>
 void check_each(const Scene& scene, const List& list, const std::string& path) {
   for (std::size_t i = 0; i < list.size(); ++i)

@@ -7,7 +7,7 @@
 /// Checks of a scene that involve several keys: references to bodies, and unique names.
 namespace palpate {
 
-/// Throws Error naming the key path and the nearest name.
+/// Checks that a name exists. Throws Error naming the key path and the nearest name.
 void check_known(const Scene& scene, const std::string& body, const std::string& path);
 void check_known(const Scene& scene, const BodyNames& bodies, const std::string& path);
 

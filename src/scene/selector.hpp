@@ -18,7 +18,7 @@
 /// Evaluation of the selections of a scene.
 namespace palpate {
 
-/// "bodies[2]"
+/// The path of a body in errors, such as "bodies[2]".
 inline std::string path_of(std::size_t body) {
   return "bodies[" + std::to_string(body) + "]";
 }
@@ -31,7 +31,8 @@ inline bool contains(const SphereSelection& sphere, const Vec3& p) {
   return length(p - sphere.center) <= sphere.radius;
 }
 
-/// The body of a scene with that name. Throws Error naming `where`, also for the body `self`.
+/// The body of a scene with that name. Throws Error naming `where` if there is none, or if it is the body
+/// `self`.
 inline Index body_named(const Scene& scene, const std::string& name, const std::string& where, Index self) {
   std::vector<std::string_view> known;
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
@@ -40,10 +41,11 @@ inline Index body_named(const Scene& scene, const std::string& name, const std::
     known.push_back(scene.bodies[b].name);
   }
   throw Error(scene.source, where, "'" + name + "'",
-              known.empty() ? "another body (there is none)" : expected_name(name, known) + ", another body");
+              known.empty() ? "the name of another body; this scene has no other"
+                            : expected_name(name, known) + ", another body");
 }
 
-/// Indices of the points with holds(point).
+/// Indices of the points for which holds(point) is true.
 template <class Holds>
 std::vector<Index> selected(std::span<const Vec3> points, Holds&& holds) {
   std::vector<Index> indices;
@@ -58,9 +60,9 @@ struct Selector {
   const Scene& scene;
   const Bodies& bodies;
   Index body;
-  std::span<const Vec3> points;      ///< that are selected from
-  std::string what;                  ///< they are: "point" or "tet"
-  std::span<const double> labels{};  ///< (n_points) of tets, where a label is asked for
+  std::span<const Vec3> points;      ///< points from which it selects
+  std::string what;                  ///< what the points are: "point" or "tet"
+  std::span<const double> labels{};  ///< (n_points) of tets, if a label is selected
 
   /// Finds the selected points; throws Error naming `path`, the key path of the selection, where there are
   /// none.

@@ -73,13 +73,13 @@ SceneBody membrane(const StackingOptions& options, int index) {
 
 Scene make_stacking_scene(const StackingOptions& options) {
   check(options);
-  make_box(options.cells, options.size);  // throws Error where no such box can be made
+  make_box(options.cells, options.size);  // throws Error if such a box cannot be made
   Scene scene;
   scene.name = "stacking";
   scene.source = "make_stacking_scene";
   scene.settings.time_step = 0.005;  // a membrane falls less than half its thickness in a step
   scene.settings.response.friction = 0.3;
-  scene.settings.detection.edge_contacts = false;  // the paper has contacts of points only
+  scene.settings.detection.edge_contacts = false;  // the paper has only contacts of points
   scene.duration = 5.0;
   for (int i = 0; i < options.count; ++i) scene.bodies.push_back(membrane(options, i));
   return scene;

@@ -11,21 +11,21 @@
 /// Stages of a scene: what changes at the start of each, and when it ends.
 namespace palpate {
 
-/// Some points of a body, selected by their positions at the start of the run.
+/// Some points of a body. They are selected by their positions at the start of the run.
 struct StagePart {
   Selection points;
 };
 /// A body, or a part of it.
 struct StageBody {
   std::string body;
-  std::optional<StagePart> part{};  ///< none: all of it
+  std::optional<StagePart> part{};  ///< none: the whole body
 };
-/// Moves a body, or a part of it, from its place at the start of the stage. What is attached to a rigid body
-/// moves with it.
+/// Moves a body, or a part of it, from its place at the start of the stage. Whatever is attached to a rigid
+/// body moves with it.
 struct StageMove {
   std::string body;
   std::optional<StagePart> part{};
-  SceneMotion motion;  ///< times are from the start of the stage
+  SceneMotion motion;  ///< times count from the start of the stage
 };
 /// Ties points of a body to another deformable body, at their places at the start of the stage.
 struct StageTie {
@@ -38,13 +38,13 @@ struct StageTie {
 struct StageCut {
   BodyNames bodies;
 };
-/// Loads that replace all loads of a body; times of ramps are from the start of the stage.
+/// Loads that replace all loads of a body. Times of ramps count from the start of the stage.
 struct StageLoads {
   std::string body;
   std::vector<Load> loads;
 };
 
-/// A contact force on a body, by all others or by one.
+/// A contact force on a body: by all others, or by one.
 struct ForceReached {
   std::string body;
   std::optional<std::string> from{};
@@ -55,11 +55,11 @@ struct StageEnd {
   std::optional<double> time{};         ///< after this time
   std::optional<bool> rest{};           ///< true: when all bodies are at rest
   std::optional<ForceReached> force{};  ///< when this force is reached
-  std::optional<double> most{};         ///< at the latest after this time; not with `time`
+  std::optional<double> most{};         ///< in any case after this time; not with `time`
   [[nodiscard]] double limit() const { return time ? *time : most.value_or(0.0); }
 };
 
-/// A part of a run. Its changes are made in the order of the members.
+/// A part of a run. Its changes are applied in the order of the members.
 struct Stage {
   std::string name;
   BodyNames insert{};  ///< bodies that are inserted
@@ -72,7 +72,7 @@ struct Stage {
   std::vector<StageLoads> loads{};
   std::optional<Vec3> gravity{};
   StageEnd until{};
-  bool checkpoint = false;  ///< its end is saved, so that other runs can begin there
+  bool checkpoint = false;  ///< its end is saved, so that other runs can start there
 };
 
 }  // namespace palpate

@@ -58,7 +58,8 @@ class StageReader {
     for (std::size_t i = 0; i < stage_->insert.names.size(); ++i) {
       const Index body = named(stage_->insert.names[i]);
       if (at(absent_, body) == 0)
-        fail(key("insert", i), "'" + of_scene(body).name + "', which is there", "a body that is not there");
+        fail(key("insert", i), "'" + of_scene(body).name + "', which is in the scene already",
+             "a body that was removed, or starts with \"absent\": true");
       at(absent_, body) = 0;
       changes_.fixed.insert.push_back(body);
     }
@@ -71,7 +72,8 @@ class StageReader {
   }
   Index present(const std::string& name, const std::string& where) const {
     const Index body = named(name);
-    if (at(absent_, body) != 0) fail(where, "'" + name + "', which is not there", "a body that is there");
+    if (at(absent_, body) != 0)
+      fail(where, "'" + name + "', which is not in the scene at this stage", "a body that is in the scene");
     return body;
   }
   void check_unattached(Index body, const std::string& where) const {
@@ -80,7 +82,7 @@ class StageReader {
           other.attached, [&](const Attachment& a) { return a.to == of_scene(body).name; });
       if (attached && at(rigid_, body) != 0) {
         fail(where, "'" + of_scene(body).name + "', which '" + other.name + "' is attached to",
-             "a body that holds no other");
+             "a body that no other is attached to");
       }
     }
   }
@@ -94,7 +96,8 @@ class StageReader {
     }
     const Index body = present(release.body, where + ".body");
     if (!of_scene(body).material)
-      fail(where + ".body", "'" + release.body + "', which has no material", "a body with one, to deform");
+      fail(where + ".body", "'" + release.body + "', which has no material",
+           "a body with a material, so that it can deform");
     check_unattached(body, where + ".body");
     at(rigid_, body) = 0;
     changes_.fixed.release_bodies.push_back(body);
@@ -109,8 +112,8 @@ class StageReader {
     if (first.time > 0.0) {
       keys.insert(keys.begin(), Keyframe{});
     } else if (first.translate != Vec3{} || turned != Vec3{}) {
-      fail(where + ".motion.keyframes[0]", "a pose at time 0 away from where the body is",
-           "none, or a later time: it starts where it is");
+      fail(where + ".motion.keyframes[0]", "a pose at time 0 that differs from the body's present pose",
+           "a keyframe at a later time; the motion starts at the present pose");
     }
     changes_.fixed.moves.push_back(std::move(points));
   }
@@ -158,7 +161,8 @@ class StageReader {
     const Index body = present(part.body, where + ".body");
     if (part.part) {
       if (at(rigid_, body) != 0)
-        fail(where + ".part", "it of the rigid body '" + part.body + "'", "nothing: all of the body");
+        fail(where + ".part", "a part of the rigid body '" + part.body + "'",
+             "no 'part': a rigid body moves as a whole");
       return selected_of(body, part.part->points, where + ".part");
     }
     const Range range = at(bodies_.bodies(), body).points;
@@ -178,8 +182,8 @@ class StageReader {
 
   const Scene& scene_;
   const Bodies& bodies_;
-  std::vector<std::uint8_t> absent_;  ///< (n_bodies) after the stages so far
-  std::vector<std::uint8_t> rigid_;   ///< (n_bodies) the same
+  std::vector<std::uint8_t> absent_;  ///< (n_bodies) 1: absent after the stages so far
+  std::vector<std::uint8_t> rigid_;   ///< (n_bodies) 1: rigid after the stages so far
   const Stage* stage_ = nullptr;
   std::string path_;
   StageChanges::Changes changes_;

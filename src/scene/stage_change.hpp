@@ -22,11 +22,11 @@ class StageChanges {
   StageChanges(const Scene& scene, const Bodies& bodies);
 
   /// The changes at the start of a stage.
-  /// \param positions  (n_points x 3) now
-  /// \param ties       of the simulation, now
+  /// \param positions  (n_points x 3) at present
+  /// \param ties       of the simulation at present
   [[nodiscard]] ModelChange at_start(std::size_t stage, const Bodies& bodies, std::span<const Vec3> positions,
                                      std::span<const Tie> ties, double time) const;
-  /// Gravity during a stage: the last that was set, or that of the scene.
+  /// Gravity during a stage: the last value that a stage has set, or that of the scene.
   [[nodiscard]] Vec3 gravity(std::size_t stage) const;
 
  private:
@@ -35,7 +35,8 @@ class StageChanges {
     Index to = -1;
     std::optional<double> stiffness{};
   };
-  /// Changes of a stage; times are from its start, and ties are not yet placed.
+  /// The changes of a stage before positions are known: times count from its start, and ties have no place
+  /// yet.
   struct Changes {
     ModelChange fixed;
     std::vector<WantedTie> ties;

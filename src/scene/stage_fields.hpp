@@ -49,7 +49,8 @@ void require_two(Visitor& v, BodyNames& bodies) {
   v.required("bodies", bodies);
   const bool two = bodies.names.size() == 2;
   v.rule(two, "bodies", std::to_string(bodies.names.size()), "two names");
-  v.rule(!two || bodies.names[0] != bodies.names[1], "bodies", "one name twice", "two bodies");
+  v.rule(!two || bodies.names[0] != bodies.names[1], "bodies", "the same name twice",
+         "the names of two different bodies");
 }
 
 template <class Visitor>
@@ -80,11 +81,12 @@ void describe(Visitor& v, StageEnd& end) {
       v,
       {{{"time", end.time.has_value()}, {"rest", end.rest.has_value()}, {"force", end.force.has_value()}}});
   v.rule(end.rest.value_or(true), "rest", "false", "true, or another condition");
-  v.rule(end.time.has_value() != end.most.has_value(), "most", end.time ? "it beside 'time'" : "nothing",
-         end.time ? "one of the two" : "the time after which the stage ends at the latest");
+  v.rule(end.time.has_value() != end.most.has_value(), "most",
+         end.time ? "'most' together with 'time'" : "nothing",
+         end.time ? "only one of the two" : "the time after which the stage ends in any case");
 }
 
-/// A name that is also used for a file and a column.
+/// A name that is also the name of a file and a column.
 template <class Visitor>
 void require_plain_name(Visitor& v, std::string& name) {
   v.required("name", name);

@@ -15,7 +15,7 @@
 namespace palpate {
 namespace {
 
-/// The number of steps in a time. A time of 50 steps gives 50 steps, also if the quotient is rounded.
+/// The number of steps in a duration. A duration of 50 steps gives 50 steps, even if the quotient is rounded.
 std::int64_t steps_in(const Scene& scene, std::size_t stage) {
   constexpr double rounding = 1e-9;
   constexpr double most = 1e15;

@@ -13,21 +13,21 @@
 
 namespace palpate {
 
-/// The end of a stage.
+/// How a stage has ended.
 struct StageEnding {
   std::int64_t step = 0;
-  bool reached = true;  ///< false: its condition was not met by the time it may last at most
-  std::vector<PlacedOverlap> overlaps{};  ///< of bodies that the plan put into rigid ones
+  bool reached = true;                    ///< false: its time was over before its condition was met
+  std::vector<PlacedOverlap> overlaps{};  ///< bodies that the scene has placed inside rigid ones
 };
 
-/// The progress of a run through its stages, as part of a checkpoint. The saved state of the simulation
-/// contains what stages have changed, except gravity.
+/// The progress of a run through its stages: part of a checkpoint. The saved state of the simulation contains
+/// all that stages have changed, except gravity.
 struct StageProgress {
   std::vector<StageEnding> endings;  ///< of completed stages
-  bool begun = false;                ///< whether the next stage has begun
+  bool begun = false;                ///< the next stage has begun
 };
 
-/// The largest number of steps of all stages of a scene. Throws Error where it overflows.
+/// The sum of the largest numbers of steps of all stages. Throws Error if it overflows.
 [[nodiscard]] std::int64_t most_steps_of_stages(const Scene& scene);
 
 /// Runs a simulation through the stages of a scene: call begin(), then make steps, and after each step call
@@ -52,8 +52,8 @@ class StageRun {
   [[nodiscard]] const StageProgress& progress() const { return progress_; }
   /// Continues from the progress of another run. Throws Error if that has more stages than the scene.
   void resume(Simulation& simulation, StageProgress progress);
-  /// What is to be told of stages that are over: "stage 'settle' ended after 2 s, not at rest", and
-  /// "stage 'insert' puts 'plate' into 'bone', by 1.2 mm at its end". Mostly empty.
+  /// Warnings about stages that are over: "stage 'settle' ended after 2 s, not at rest", or "stage 'insert'
+  /// puts 'plate' into 'bone', by 1.2 mm at its end". Usually empty.
   [[nodiscard]] std::vector<std::string> warnings() const;
 
  private:
@@ -67,8 +67,8 @@ class StageRun {
   std::vector<std::string> body_names_;
   std::vector<Stage> stages_;
   std::vector<std::int64_t> most_steps_;  ///< per stage
-  std::vector<Index> force_on_;           ///< per stage; -1: no condition on a force
-  std::vector<Index> force_from_;         ///< per stage; -1: by all bodies
+  std::vector<Index> force_on_;           ///< per stage: the body of the force condition; -1: none
+  std::vector<Index> force_from_;         ///< per stage: the other body; -1: all bodies
   StageChanges changes_;
   PlacedOverlaps placed_;
   StageProgress progress_;

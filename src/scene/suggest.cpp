@@ -43,13 +43,14 @@ std::string quoted(std::string_view name) {
 }  // namespace
 
 std::optional<std::string_view> nearest_name(std::string_view word, std::span<const std::string_view> known) {
-  constexpr std::size_t longest_word = 256;  // no name is mistyped into something longer
+  constexpr std::size_t longest_word = 256;  // longer words are not compared
   if (word.size() > longest_word) return std::nullopt;
   std::optional<std::string_view> best;
   std::size_t best_distance = std::max<std::size_t>(1, word.size() / 3) + 1;
   for (const std::string_view name : known) {
     const std::size_t distance = edit_distance(word, name);
-    // Words without a common letter are not misspellings: every single letter is "near" a name of one letter.
+    // Words without a common letter are not misspellings of each other: otherwise every single letter would
+    // be near to a name of one letter.
     const bool related = distance < std::max(word.size(), name.size());
     const bool better = distance < best_distance || (best && distance == best_distance &&
                                                      begin_alike(word, name) && !begin_alike(word, *best));

@@ -30,7 +30,7 @@ double times_power_of_ten(double value, int exponent) {
 struct SiUnit {
   Dimension dimension;
   std::string_view name;
-  int exponent = 0;  ///< relative to a gram, since the kilogram has a prefix already
+  int exponent = 0;  ///< relative to a gram, since the kilogram already has a prefix
 };
 
 /// The name of a unit, and its size in SI units.
@@ -54,20 +54,20 @@ SiUnit si_unit(const Dimension& d) {
 constexpr int lowest_prefix = -12;
 constexpr std::array<std::string_view, 8> prefixes{"p", "n", "u", "m", "", "k", "M", "G"};
 
-/// The prefix for 10^exponent; empty where there is none.
+/// The SI prefix for 10^exponent; empty if there is none.
 std::string_view prefix_of(int exponent, bool& known) {
   const int place = (exponent - lowest_prefix) / 3;
   known = exponent % 3 == 0 && exponent >= lowest_prefix && place < static_cast<int>(prefixes.size());
   return known ? prefixes[static_cast<std::size_t>(place)] : std::string_view{};
 }
 
-/// "mm^2", "mm", ""
+/// A power of a length unit: "mm^2", "mm", "".
 std::string power_text(const std::string& unit, int power) {
   if (power == 0) return "";
   return power == 1 ? unit : fmt::format("{}^{}", unit, power);
 }
 
-/// "g mm/s^2", "g/mm s^2"
+/// A unit in the numerator and denominator: "g mm/s^2", "g/mm s^2".
 std::string product(const Units& units, const Dimension& d) {
   std::string above;
   std::string below;

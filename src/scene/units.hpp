@@ -16,7 +16,7 @@ struct Units {
   friend bool operator==(const Units&, const Units&) = default;
 };
 
-/// A unit and its size in SI units: 10^exponent.
+/// A unit and its size in SI units, 10^exponent.
 struct UnitName {
   std::string_view name;
   int exponent;
@@ -32,7 +32,7 @@ struct Dimension {
   int mass = 0;
   int length = 0;
   int time = 0;
-  bool is_torque = false;  ///< a torque: same dimension as an energy, but another unit
+  bool is_torque = false;  ///< a torque has the dimension of an energy, but another unit
   friend bool operator==(const Dimension&, const Dimension&) = default;
 };
 
@@ -53,9 +53,9 @@ inline constexpr Dimension density{1, -3, 0};
 inline constexpr Dimension stiffness{1, 0, -2};
 }  // namespace dimension
 
-/// One unit of a scene is 10^(result) SI units. Unknown units count as SI units.
+/// One unit of a scene is 10^(result) SI units. Unknown units are treated as SI units.
 [[nodiscard]] int exponent_of(const Units& units, const Dimension& dimension);
-/// Converts a number of a scene to SI, and back. Both round once.
+/// Converts a number of a scene to SI, or back. Both round once.
 [[nodiscard]] double to_si(double value, const Units& units, const Dimension& dimension);
 [[nodiscard]] double from_si(double value, const Units& units, const Dimension& dimension);
 

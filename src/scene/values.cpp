@@ -123,10 +123,10 @@ void decode_indices(const Context& context, const std::string& path, const nlohm
   }
 }
 
-/// {"first": 0, "count": 10}: a run of indices.
+/// A run of indices in a scene: {"first": 0, "count": 10}.
 void decode_run(const Context& context, const std::string& path, const nlohmann::json& json,
                 std::vector<Index>& indices) {
-  constexpr double most = 1e8;  // limits the memory that one line can allocate
+  constexpr double most = 1e8;  // limits the memory that one line of a scene can allocate
   if (json.size() != 2 || !json.contains("first") || !json.contains("count"))
     fail(context, path, describe_json(json), "tet indices, or an object with first and count");
   int first = 0;

@@ -33,7 +33,7 @@ void decode(const Context& context, const std::string& path, const nlohmann::jso
             const Limits& limits);
 void decode(const Context& context, const std::string& path, const nlohmann::json& json, std::string& value,
             const Limits& limits);
-/// [x, y, z]; the limits hold for each.
+/// Three numbers [x, y, z]; the limits apply to each.
 void decode(const Context& context, const std::string& path, const nlohmann::json& json, Vec3& value,
             const Limits& limits);
 void decode(const Context& context, const std::string& path, const nlohmann::json& json, MeshFile& value,
@@ -53,7 +53,7 @@ void decode(const Context& context, const std::string& path, const nlohmann::jso
             const Limits& limits);
 void decode(const Context& context, const std::string& path, const nlohmann::json& json,
             LabelSelection& value, const Limits& limits);
-/// One of `names`, as its index.
+/// One of `names`; the value is its index.
 std::size_t decode_choice(const Context& context, const std::string& path, const nlohmann::json& json,
                           std::span<const std::string_view> names);
 

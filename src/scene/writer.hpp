@@ -26,7 +26,7 @@ class Writer {
 
   template <class T>
   void field(std::string_view key, const T& value, const Limits& = any) {
-    // No text means the same as no key. The reader refuses it.
+    // An empty text means the same as a missing key. The reader refuses it.
     if constexpr (std::is_same_v<T, std::string>) {
       if (value.empty()) return;
     }
@@ -49,7 +49,7 @@ class Writer {
   void choice(std::string_view key, Enum value, std::span<const std::string_view> names) {
     put(key, names[static_cast<std::size_t>(value)]);
   }
-  /// The resulting values are written, not the name.
+  /// A name that sets defaults: writes the values that result from it, not the name.
   template <class Enum>
   static void preset(std::string_view, const std::optional<Enum>&, std::span<const std::string_view>) {}
   template <class Enum>
@@ -79,7 +79,7 @@ class Writer {
     auto json = encode_any(key_path(path_, key), value);
     if (!json.empty()) put(key, std::move(json));
   }
-  /// An empty list means the same as an absent one.
+  /// An empty list means the same as a missing one.
   template <class T>
   void list(std::string_view key, std::vector<T>& values) {
     if (values.empty()) return;
@@ -96,7 +96,7 @@ class Writer {
     std::visit([&](auto& alternative) { required(keys[value.index()], alternative); }, value);
   }
   [[nodiscard]] static bool given(std::string_view) { return false; }
-  /// Rules are checked by the reader; here the required value is written.
+  /// The reader checks rules; here the required value is written.
   void rule(bool holds, std::string_view key, std::string_view, std::string_view) {
     const std::string name(key);
     if (!holds && left_out_.contains(name)) object_[name] = left_out_[name];
@@ -116,7 +116,7 @@ class Writer {
                                                    "friction", "young_modulus", "poisson_ratio", "density"};
     return std::ranges::count(keys, key) > 0;
   }
-  /// In a brief text, an object without defaults in its place has the defaults of its type.
+  /// In a brief text, an object without defaults of its own has the defaults of its type.
   template <class T>
   nlohmann::ordered_json encode_new(const std::string& path, T& value) {
     if constexpr (std::is_default_constructible_v<T> && !requires { encode(path, value); }) {

@@ -17,8 +17,8 @@
 #include <palpate/types.hpp>
 
 /// Writes values as bytes and reads them back: little-endian, one after the other, without names. For each
-/// type a function `describe(archive, value)` passes the members to the archive; it is used in both
-/// directions.
+/// type a function `describe(archive, value)` passes the members to the archive; it serves for writing and
+/// reading.
 namespace palpate {
 
 /// A number, bool or enumerator.
@@ -77,7 +77,7 @@ class ArchiveWriter : public Archive<ArchiveWriter> {
     (*this)(value.has_value());
     if (value) (*this)(*value);
   }
-  /// An enumerator of [0, count).
+  /// An enumerator; its number is in [0, count).
   template <class Enum>
   void choice(Enum& value, std::size_t) {
     (*this)(value);
@@ -135,24 +135,26 @@ class ArchiveReader : public Archive<ArchiveReader> {
     value = static_cast<Enum>(number);
   }
 
-  /// Throws Error where bytes are left.
+  /// Throws Error if not all bytes have been read.
   void finish() const {
-    if (place_ != bytes_.size()) fail("more bytes", "the end");
+    if (place_ != bytes_.size()) fail("further bytes", "the end of the data");
   }
   [[noreturn]] void fail(std::string found, std::string expected) const {
     throw Error(source_, "byte " + std::to_string(place_), std::move(found), std::move(expected));
   }
 
  private:
-  /// The number of items; each has at least one byte.
+  /// Reads the number of items of a list. Each item has at least one byte.
   std::size_t length() {
     std::uint64_t count = 0;
     (*this)(count);
-    if (count > bytes_.size() - place_) fail("a list of " + std::to_string(count), "one that fits the rest");
+    if (count > bytes_.size() - place_)
+      fail("a list of " + std::to_string(count) + " items",
+           "a length for which the remaining bytes suffice");
     return static_cast<std::size_t>(count);
   }
   std::span<const std::byte> next(std::size_t size) {
-    if (size > bytes_.size() - place_) fail("the end", std::to_string(size) + " more bytes");
+    if (size > bytes_.size() - place_) fail("the end of the data", std::to_string(size) + " more bytes");
     place_ += size;
     return bytes_.subspan(place_ - size, size);
   }
@@ -168,12 +170,12 @@ struct Seal {
   std::uint32_t version;
 };
 
-/// Bytes whose integrity can be checked: kind, version, content, and the FNV-1a hash (64 bits) of all before.
-/// A changed byte always changes the hash; other damage is missed with a probability of 2^-64. It does not
-/// protect against manipulation. O(n).
+/// Bytes whose integrity can be checked: kind, version, content, and the FNV-1a hash (64 bits) of all bytes
+/// before it. A single changed byte always changes the hash; other damage is missed with a probability of
+/// 2^-64. It does not protect against manipulation. O(n).
 std::vector<std::byte> sealed(const Seal& seal, std::span<const std::byte> content);
-/// The content of sealed bytes. Throws Error, naming `source`, if they have another kind or version, are
-/// truncated or changed. O(n).
+/// The content of sealed bytes. Throws Error naming `source` if they have another kind or version, are
+/// truncated or were changed. O(n).
 std::span<const std::byte> unsealed(const Seal& seal, std::span<const std::byte> bytes,
                                     const std::string& source);
 

@@ -11,25 +11,26 @@ namespace palpate {
 namespace {
 
 constexpr std::size_t grain = 64;
-// Cosines of the angle between surface normal and direction: above, the surface is a face; below, a side.
+// Cosines of the angle between surface normal and contact direction. Above the first the surface is a face;
+// below the second it is a side.
 constexpr double faces_along = 0.95;
 constexpr double faces_aside = 0.6;
-/// Stiffness of an end, over that of a contact.
+/// Stiffness at an end, relative to that of a contact.
 constexpr double part_of_an_end = 0.5;
-/// Least product of the weights for an end to act. Smaller ones have no effect on the bodies but cost a row
-/// of the solver. Most edges of uneven faces in contact are such.
+/// An end acts only if the product of its weights is at least this. Smaller ones have no effect on the bodies
+/// but cost a row of the solver. Most edges of uneven faces in contact have smaller ones.
 constexpr double least_weight = 0.05;
 
 double beyond_least(double weight) {
   return std::max(0.0, (weight - least_weight) / (1.0 - least_weight));
 }
 
-/// Where an edge meets a triangle.
+/// The place where an edge meets a triangle.
 struct Meeting {
   Index triangle;
   double parameter;               ///< on the edge
   std::array<double, 3> weights;  ///< in the triangle
-  double side;                    ///< how far the triangle is a side of the direction, 0 to 1
+  double side;                    ///< 0 to 1: 1 if the triangle is a side as seen along the direction
   double steepness;               ///< of the edge over the triangle: sine of the angle between them
 };
 
@@ -47,7 +48,7 @@ Meeting meeting(const EdgeResponse::Frame& frame, const Edge& edge, Index triang
   return found;
 }
 
-/// Fraction of an edge of this depth that the contact of a point supports: all, if it has half the force or
+/// Fraction of an edge of this depth that the contact of a point supports: 1 if it has half the force or
 /// more.
 double held_by(const EdgeResponse::Frame& frame, Index contact, double depth) {
   constexpr double enough = 0.5;
@@ -56,7 +57,7 @@ double held_by(const EdgeResponse::Frame& frame, Index contact, double depth) {
   return std::min(1.0, force / (enough * depth));
 }
 
-/// The same for the corners of a triangle and their neighbours, with barycentric weights.
+/// The same for the corners of a triangle and their neighbours, interpolated by barycentric weights.
 double held_near(const EdgeResponse::Frame& frame, const Meeting& meeting, Index body, double depth) {
   double held = 0.0;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -71,9 +72,9 @@ double held_near(const EdgeResponse::Frame& frame, const Meeting& meeting, Index
   return held;
 }
 
-/// Factor of the force of an edge by the angle of its body there: zero where the surface is flat or concave,
-/// one for convex edges of a few degrees. A body that comes through a face has points, or convex edges, in
-/// it.
+/// Factor of the force of an edge by the angle of its own body there: zero if the surface is flat or concave,
+/// one for convex edges of a few degrees or more. A body that comes through a face has points or convex edges
+/// in it.
 double sharpness(const EdgeResponse::Frame& frame, Index edge) {
   constexpr double sharp = 0.25;        // sine
   constexpr double surely_sharp = 0.9;  // cosine
@@ -136,9 +137,9 @@ void EdgeResponse::add_edge_contact(const Frame& frame, std::size_t contact, Ind
     meetings[end] = meeting(frame, edge, contacts.triangles[contact][end], contacts.parameters[contact][end],
                             contacts.direction[contact]);
   }
-  // Measured from the planes through which the ends enter.
+  // Depths are measured from the planes through which the ends enter.
   const double outside = part(enters * meetings[0].steepness) * part((1.0 - leaves) * meetings[1].steepness);
-  // The factor of an edge at a rim, as soon as an end is inside.
+  // As soon as an end is inside, the factor is that of an edge at a rim.
   const double lack = support_.lack(own, body);
   const double beside = lack + (1.0 - lack) * outside;
   const double whole_stiffness = part_of_an_end * frame.rules.stiffness(own, body);
@@ -154,7 +155,7 @@ void EdgeResponse::add_edge_contact(const Frame& frame, std::size_t contact, Ind
   }
 }
 
-/// Adds edges of a contact at a rim; an edge between two such contacts belongs to the lower point.
+/// Adds the edges of a contact at a rim. An edge between two such contacts is added for the lower point.
 void EdgeResponse::add_rim_edges(const Frame& frame, std::size_t contact, RimEdgeSearch& search,
                                  std::vector<Row>& rows) const {
   const Contacts& contacts = frame.table.contacts();
@@ -205,12 +206,12 @@ void EdgeResponse::add_rim_edge(const Frame& frame, Index body, const RimEdge& f
   }
 }
 
-/// Lists all rows, sorted by key, without slip and damping.
+/// Makes all rows, sorted by key, without slip and damping.
 void EdgeResponse::list(const Frame& frame) {
   const Contacts& contacts = frame.table.contacts();
   const EdgeContacts& edges = frame.table.edges();
   support_.measure(frame.bodies, frame.positions, contacts, frame.scales);
-  // Reserves room for contacts that come and go, so that only the first steps allocate.
+  // Reserves room for contacts that begin and end, so that only the first steps allocate.
   for (auto* list : {&now_, &before_}) make_room(*list, frame.table.size());
   make_room(rows_, frame.table.size());
   make_room(numbers_, frame.table.size());
@@ -314,7 +315,7 @@ std::span<const EdgeResponse::Row> EdgeResponse::meet(const Frame& frame) {
   std::erase_if(rows_, [&](const Row& row) { return acts(row.end); });
   for (auto& [end, depth, force] : rows_) {
     end.acts = true;
-    // Depth before the step, on the straight line of the motion; not above zero, since it was outside.
+    // Depth before the step, on the straight line of the motion. Not above zero, since the end was outside.
     end.velocity = fem::relative(end.coupling(), frame.velocities);
     depth = std::min(depth + frame.time_step * dot(end.velocity, end.law.direction), 0.0);
     fem::ContactLaw law = end.law;

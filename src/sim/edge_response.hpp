@@ -23,19 +23,20 @@ namespace palpate {
 
 class ContactResponse;
 
-/// An end of the part of an edge inside a body, in a step.
+/// An end of the part of an edge that is inside a body, in a step.
 struct EdgeEnd {
   Index edge = -1;
   Index body = -1;
-  Index end = 0;                  ///< 2 x index of the part inside, along the edge; + 1 at the part's end
-  std::array<Index, 5> points{};  ///< of its coupling
-  std::array<double, 5> coefficients{};  ///< of its coupling
-  bool of_edge = true;  ///< whether the coupling is between two points and a triangle; else a point and a tet
-  fem::ContactLaw law;  ///< its depth is zero where the two places of the coupling coincide
-  Vec3 velocity{};      ///< relative velocity of the two places, m/s
+  Index end = 0;                  ///< 2 x index of the part along the edge; + 1 for the far end of the part
+  std::array<Index, 5> points{};  ///< points of its coupling
+  std::array<double, 5> coefficients{};  ///< coefficients of its coupling
+  bool of_edge =
+      true;  ///< true: the coupling is between two points and a triangle; false: between a point and a tet
+  fem::ContactLaw law;           ///< its depth is zero if the two places of the coupling coincide
+  Vec3 velocity{};               ///< relative velocity of the two places, m/s
   double chatter_damping = 0.0;  ///< N s/m
   std::int32_t lost = 0;         ///< steps since it was inside
-  bool acts = false;             ///< in the last step
+  bool acts = false;             ///< acted in the last step
   [[nodiscard]] auto key() const { return std::tuple(edge, body, end); }
   [[nodiscard]] fem::Coupling coupling() const;
 };
@@ -59,11 +60,11 @@ struct EdgeEnd {
 ///   the two bodies do not resist tilting (PairSupport), and the points of the edge do not support it.
 class EdgeResponse {
  public:
-  /// A force at one place.
+  /// The force of an edge at one place.
   struct Row {
     EdgeEnd end;
     double depth = 0.0;  ///< at the start of the step, m; negative: a gap
-    double force = 0.0;  ///< along the direction, without a reaction, N
+    double force = 0.0;  ///< along the direction, on the edge, N
   };
   /// Input: positions and the contacts at them.
   struct Frame {
@@ -76,25 +77,25 @@ class EdgeResponse {
     std::span<const Vec3> velocities;
     double time_step = 0.0;
     double fall = 0.0;  ///< distance by which gravity moves a body in a step, m
-    /// (n_contacts) stiffness scale of each at rims, 0 to 1.
+    /// (n_contacts) stiffness scale of each contact near rims, 0 to 1.
     std::span<const double> scales;
   };
 
-  /// Rows at the start of a step; those of the last step are discarded. O(edge contacts + edges of contacts
-  /// at rims, log), parallel.
+  /// Makes the rows at the start of a step; those of the last step are discarded. O(edge contacts + edges of
+  /// contacts at rims, log), parallel.
   std::span<const Row> begin(const Frame& frame);
-  /// Appends rows of the last step that are no longer inside but may be again within this step, with their
+  /// Appends rows of the last step whose ends are outside now but may be inside within this step, with their
   /// gaps; like KeptContacts, and for the same reason. O(rows log).
   std::span<const Row> near(const Frame& frame);
-  /// Rows at the end of a step that do not act yet but push, with their gaps and `force`. Valid until the
-  /// next call; they act only after take().
+  /// Rows at the end of a step that do not act yet but would push, with their gaps and `force`. Valid until
+  /// the next call. They act only after take().
   [[nodiscard]] std::span<const Row> meet(const Frame& frame);
   /// Makes the rows of the last meet() act.
   void take();
   /// Call after a failed step: restores the rows of the step before.
   void undo() { now_.swap(before_); }
 
-  /// Ends of the last step, sorted by key: part of the saved state.
+  /// The rows of the last step, sorted by key: part of the saved state.
   [[nodiscard]] const std::vector<EdgeEnd>& ends() const { return now_; }
   void set_ends(std::vector<EdgeEnd> ends) { now_ = std::move(ends); }
 
@@ -106,14 +107,14 @@ class EdgeResponse {
                      std::vector<Row>& rows) const;
   void add_rim_edge(const Frame& frame, Index body, const RimEdge& found, std::vector<Row>& rows) const;
 
-  std::vector<Index> numbers_;  ///< (n_edge_contacts) of the parts of an edge in a body
+  std::vector<Index> numbers_;  ///< (n_edge_contacts) index of the part of its edge in the body
   PairSupport support_;
-  std::vector<Index> at_rims_;           ///< contacts of pairs that lack support
-  std::vector<RimEdgeSearch> searches_;  ///< of the chunks of contacts at rims
+  std::vector<Index> at_rims_;           ///< contacts at rims, in pairs of bodies that lack support
+  std::vector<RimEdgeSearch> searches_;  ///< one for each chunk of contacts at rims
   parallel::ChunkedList<Row> lists_;
   std::vector<Row> rows_;
-  std::vector<EdgeEnd> now_;     ///< acting ends and lost ones
-  std::vector<EdgeEnd> before_;  ///< of the step before
+  std::vector<EdgeEnd> now_;     ///< rows that act and rows that were lost
+  std::vector<EdgeEnd> before_;  ///< rows of the step before
 };
 
 }  // namespace palpate

@@ -21,23 +21,23 @@ class Grabs {
  public:
   explicit Grabs(Index point_count) : point_count_(point_count) {}
 
-  /// Throw Error like Simulation's functions of the same names.
+  /// Throw Error as Simulation's functions of the same names do.
   Index add(const Grab& grab);
   void move(Index number, const Vec3& target);
   void release(Index number);
   /// Force over the last step, N.
   [[nodiscard]] Vec3 force(Index number) const;
 
-  /// Appends a coupling for each grab that is held, in order of their numbers: stiffness k and damping 2
-  /// sqrt(k m) in all directions, implicit in the solver.
+  /// Appends a coupling for each active grab, in order of their numbers: stiffness k and damping 2 sqrt(k m)
+  /// in all directions, implicit in the solver.
   void append(std::span<const Vec3> positions, std::span<const double> masses,
               std::vector<fem::Coupling>& couplings) const;
-  /// Reads the forces of the step.
+  /// Copies the forces of the step.
   /// \param couplings  exactly those of append()
   void collect_forces(std::span<const fem::Coupling> couplings, double time_step,
                       std::span<const Vec3> velocities_end);
 
-  /// All grabs by number, also released ones: part of the saved state.
+  /// All grabs by number, including released ones: part of the saved state.
   [[nodiscard]] const std::vector<HeldGrab>& all() const { return held_; }
   void set_all(std::vector<HeldGrab> held) { held_ = std::move(held); }
 

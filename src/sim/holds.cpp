@@ -23,7 +23,7 @@ std::string title(const Bodies& bodies, Index body) {
   return "'" + at(bodies.bodies(), body).name + "'";
 }
 
-/// Changes the constraints of points and bodies, one kind of change after the other.
+/// Applies the changes of a ModelChange to the constraints, one kind after the other.
 class Changer {
  public:
   Changer(const Bodies& bodies, std::span<const Vec3> positions, HeldModel& held)
@@ -32,8 +32,8 @@ class Changer {
   void insert(Index body) {
     check_index("insert", body, holds_.absent.size());
     if (at(holds_.absent, body) == 0) {
-      throw Error(source_name, "insert", title(bodies_, body) + ", which is there",
-                  "a body that is not there");
+      throw Error(source_name, "insert", title(bodies_, body) + ", which is in the simulation already",
+                  "a body that was removed, or absent at the start");
     }
     at(holds_.absent, body) = 0;
   }
@@ -62,7 +62,7 @@ class Changer {
     set(point, 1, -1);
   }
   void move(const PointMove& move) {
-    if (move.points.empty()) throw Error(source_name, "moves", "no point", "one or more");
+    if (move.points.empty()) throw Error(source_name, "moves", "no point", "one or more points");
     const auto number = static_cast<Index>(motions_.size());
     for (const Index point : move.points) {
       check_point("moves", point);
@@ -93,7 +93,8 @@ class Changer {
   }
   void check_present(const char* where, Index body) const {
     if (at(holds_.absent, body) == 0) return;
-    throw Error(source_name, where, title(bodies_, body) + ", which is not there", "a body that is there");
+    throw Error(source_name, where, title(bodies_, body) + ", which is not in the simulation at present",
+                "a body that is in it");
   }
   void check_point(const char* where, Index point) const {
     check_index(where, point, positions_.size());

@@ -13,22 +13,24 @@ namespace palpate {
 /// A tie and its place in the tet.
 struct HeldTie {
   Tie tie{};
-  std::array<double, 4> weights{};  ///< in the order of the corners; also outside of the tet
+  std::array<double, 4>
+      weights{};  ///< in the order of the corners; the place may be slightly outside the tet
 };
 
-/// Constraints of bodies and points, apart from the motions (ModelChange). Each array has its full length.
+/// Constraints of bodies and points that a ModelChange can change. Arrays have their full length.
 struct Holds {
   std::vector<std::uint8_t> obstacles;     ///< (n_bodies) 1: rigid
-  std::vector<std::uint8_t> absent;        ///< (n_bodies) 1: absent
+  std::vector<std::uint8_t> absent;        ///< (n_bodies) 1: absent from the scene
   std::vector<std::uint8_t> fixed_points;  ///< (n_points)
   std::vector<std::uint8_t> fixed_axes;    ///< (n_points)
-  std::vector<Index> motion_of_point;      ///< (n_points) or -1
+  std::vector<Index> motion_of_point;      ///< (n_points) the motion of each point, or -1
   std::vector<Vec3>
       prescribed_start;  ///< (n_points) positions of prescribed points before their motion is applied
   std::vector<HeldTie> ties;
 };
 
-/// The constraints of a model, without ties. Throws Error on arrays whose length does not match the bodies.
+/// The constraints of a model, without ties. Throws Error if the length of an array does not match the
+/// bodies.
 [[nodiscard]] Holds holds_of(const Model& model);
 
 /// (n_bodies) 1: all points are fixed or prescribed, and nothing deforms.
@@ -37,11 +39,11 @@ struct Holds {
 [[nodiscard]] std::vector<std::uint8_t> unfree_points(const Holds& holds, const Bodies& bodies);
 /// (n_points) the motion of each point, -1 for those of absent bodies.
 [[nodiscard]] std::vector<Index> motions_of_present(const Holds& holds, const Bodies& bodies);
-/// Settings in which absent bodies have no contacts.
+/// The detection settings, in which absent bodies have no contacts.
 [[nodiscard]] DetectionSettings without_absent(DetectionSettings settings,
                                                std::span<const std::uint8_t> absent);
 
-/// The constraints of a simulation, to be changed.
+/// The constraints of a simulation, which a ModelChange changes.
 struct HeldModel {
   Holds holds;
   std::vector<Motion> motions;

@@ -10,14 +10,14 @@ namespace palpate {
 namespace {
 
 constexpr std::size_t grain = 256;
-/// Largest change of a weight by the motion of the foot.
+/// Largest change of a weight of the foot point; if it moves further, the contact is dropped.
 constexpr double farthest_slide = 0.25;
 
 std::pair<Index, Index> key_of(const KeptContact& contact) {
   return {contact.point, contact.body};
 }
 
-/// Gradients of the weights of a tet with these corners; false if it is flat.
+/// Computes the gradients of the weights of a tet with these corners. Returns false if the tet is flat.
 bool find_gradients(const std::array<Vec3, 4>& corners, std::array<Vec3, 4>& gradients) {
   const Vec3 a = corners[1] - corners[0];
   const Vec3 b = corners[2] - corners[0];
@@ -38,7 +38,8 @@ struct Motion {
   double fall = 0.0;
 };
 
-/// Position of the point relative to the plane; false where it cannot touch within the step.
+/// Computes the position of the point relative to the plane. Returns false if it cannot touch within the
+/// step.
 bool place(const Bodies& bodies, const Motion& motion, NearContact& near) {
   const KeptContact& kept = near.kept;
   const Tet& tet = at(bodies.tets(), kept.tet);
@@ -61,8 +62,8 @@ bool place(const Bodies& bodies, const Motion& motion, NearContact& near) {
     slide = std::max(slide, std::abs(near.weights[i] - kept.foot[i]));
     velocity -= near.weights[i] * at(motion.velocities, tet[i]);
   }
-  // A point that detection did not find in the body is not in contact, even below the plane: the body ends
-  // before it.
+  // If detection did not find the point in the body, it is not in contact even below the plane, because the
+  // body ends before it.
   if (!(near.gap >= 0.0) || slide > farthest_slide) return false;
   return near.gap <= motion.time_step * length(velocity) + motion.fall;
 }

@@ -17,9 +17,10 @@ struct KeptContact {
   Index point = -1;
   Index body = -1;
   Index tet = -1;
-  std::array<double, 4> distances{};  ///< of the tet's points from the plane, positive outside, m
-  std::array<double, 4> foot{};       ///< weights of the point's foot on the plane when it was found
-  double stiffness = 0.0;             ///< of the contact, N/m
+  std::array<double, 4> distances{};  ///< distances of the tet's corners from the plane, positive outside, m
+  std::array<double, 4>
+      foot{};  ///< barycentric weights of the foot of the point on the plane, when the contact was found
+  double stiffness = 0.0;  ///< of the contact, N/m
 };
 
 /// The present position of a kept contact's point.
@@ -27,29 +28,30 @@ struct NearContact {
   KeptContact kept;
   double gap = 0.0;                 ///< to the plane, >= 0, m
   Vec3 direction;                   ///< unit; out of the penetrated body
-  std::array<double, 4> weights{};  ///< of the foot in the tet
+  std::array<double, 4> weights{};  ///< barycentric weights of the foot in the tet
 };
 
-/// Contacts of the last step (also speculative ones) whose points are outside at the start of the next step,
-/// but may be inside within it. Most contacts of stiff bodies at rest are such: a step lifts them by less
-/// than a micrometre. Since they are in the problem from the start, they need not be found again, which in a
-/// tower would take a solve and a detection per layer.
+/// Contacts of the last step (including speculative ones) whose points are outside at the start of the next
+/// step but may be inside within it. Most contacts of stiff bodies at rest are such: a step lifts them by
+/// less than a micrometre. Since they are in the problem from the start, they need not be found again. In a
+/// tower, that would take a solve and a detection for each layer.
 ///
 /// A contact is kept while its bodies can close its gap within the step (by their velocity and gravity), and
-/// its foot has not moved by more than a quarter of the tet, since it may be beyond a rim then. A contact
-/// dropped too early is found again (ContactResponse::add_speculative()).
+/// while its foot has not moved by more than a quarter of the tet, since the foot may otherwise be beyond a
+/// rim. A contact that is dropped too early is found again (ContactResponse::add_speculative()).
 class KeptContacts {
  public:
-  /// Begins a step: the contacts given to add() since the last begin() are the input of near(). O(n log n).
+  /// Begins a step: the contacts that were passed to add() since the last begin() become the input of near().
+  /// O(n log n).
   void begin();
-  /// Adds `more` contacts of this step, to be filled by the caller at once.
+  /// Adds `more` contacts of this step; the caller fills them at once.
   [[nodiscard]] std::span<KeptContact> add(std::size_t more);
-  /// Call after a failed step: restores the contacts of the step before.
+  /// Call after a failed step: restores the contacts of the step before it.
   void undo() { kept_.swap(next_); }
 
   /// Contacts of the last step that are not in `contacts` (sorted by (point, body)) but may touch within
   /// `time_step`, s; sorted in the same way. Valid until the next call. O(contacts), parallel.
-  /// \param fall  distance by which gravity moves a body in it, m
+  /// \param fall  distance by which gravity moves a body in a time step, m
   [[nodiscard]] std::span<const NearContact> near(const parallel::Threads& threads, const Bodies& bodies,
                                                   const Contacts& contacts, std::span<const Vec3> positions,
                                                   std::span<const Vec3> velocities, double time_step,

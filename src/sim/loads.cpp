@@ -74,7 +74,7 @@ void check_load(const SurfaceLoad& load, const std::string& where, const Bodies&
   check_ramp(load.ramp, where + ".ramp");
 }
 
-/// A uniform load on a triangle, in equal parts on its corners.
+/// Adds a uniform load on a triangle: equal parts on its three corners.
 void add_to_corners(const Triangle& t, const Vec3& force, std::vector<Vec3>& forces) {
   for (const Index corner : t) at(forces, corner) += (1.0 / 3.0) * force;
 }
@@ -101,13 +101,13 @@ LoadSet loads_of(const Model& model) {
 
 namespace {
 
-/// Whether all of these are in a range; false if none is. Throws Error if only some are.
+/// Whether all of these indices are in a range; false if none is. Throws Error if only some are.
 bool all_in(const Range& range, const std::vector<Index>& items, const char* what) {
   const auto count = std::ranges::count_if(items, [&](Index i) { return range.begin <= i && i < range.end; });
   if (count == 0) return false;
   if (count == std::ssize(items)) return true;
-  throw Error("model change", "loads", std::string("a load on ") + what + " of several bodies",
-              "loads on one body each");
+  throw Error("model change", "loads", std::string("a load on ") + what + " of more than one body",
+              "loads that act on one body each");
 }
 
 }  // namespace
@@ -117,12 +117,13 @@ void replace_loads(const BodyLoads& change, const Bodies& bodies, LoadSet& loads
   const Body& body = at(bodies.bodies(), change.body);
   for (const PointLoad& load : change.points) {
     if (load.points.empty() || !all_in(body.points, load.points, "points"))
-      throw Error("model change", "loads", "a load without points of '" + body.name + "'", "points of it");
+      throw Error("model change", "loads", "a load without points of '" + body.name + "'",
+                  "one or more of its points");
   }
   for (const SurfaceLoad& load : change.surfaces) {
     if (load.triangles.empty() || !all_in(body.triangles, load.triangles, "triangles")) {
       throw Error("model change", "loads", "a load without triangles of '" + body.name + "'",
-                  "triangles of it");
+                  "one or more of its surface triangles");
     }
   }
   std::erase_if(loads.points,

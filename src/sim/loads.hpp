@@ -23,8 +23,8 @@ struct LoadSet {
 /// belongs to another body.
 void replace_loads(const BodyLoads& change, const Bodies& bodies, LoadSet& loads);
 
-/// Computes the forces on points of each step, from loads on points and surfaces and the gravity of single
-/// bodies.
+/// Computes the forces on points in each step, from loads on points and surfaces and from the gravity of
+/// single bodies.
 class Loads {
  public:
   /// Throws Error naming the load: arrays whose length does not match the bodies, an index out of range, a
@@ -34,7 +34,7 @@ class Loads {
   Loads(LoadSet loads, const Bodies& bodies, std::span<const std::uint8_t> obstacles,
         std::span<const double> masses);
 
-  /// Replace the loads; they throw Error like Simulation's functions of the same names.
+  /// Replace the loads. They throw Error as Simulation's functions of the same names do.
   void set_forces(std::span<const Index> points, std::span<const Vec3> forces);
   void set_pressure(const Bodies& bodies, std::span<const Index> triangles, double pressure);
   void set_pressure(const Bodies& bodies, std::span<const Index> triangles,
@@ -57,7 +57,7 @@ class Loads {
   std::vector<std::uint8_t> rigid_;  ///< (n_bodies)
   std::span<const double> masses_;
   LoadSet loads_;
-  std::vector<Vec3> sum_;  ///< (n_points), of a step
+  std::vector<Vec3> sum_;  ///< (n_points) forces of the present step
 };
 
 /// Factor of a ramp at a time. O(times).

@@ -12,7 +12,7 @@
 /// Completes the arrays of a model: empty ones are filled with default values.
 namespace palpate {
 
-/// Returns the flags, or `count` zeros if empty. Throws Error if their number is not `count`.
+/// Returns the flags, or `count` zeros if there are none. Throws Error if their number is not `count`.
 inline std::vector<std::uint8_t> flags_or_none(const std::vector<std::uint8_t>& flags, std::size_t count,
                                                const char* name) {
   if (flags.empty()) return std::vector<std::uint8_t>(count, 0);
@@ -20,7 +20,7 @@ inline std::vector<std::uint8_t> flags_or_none(const std::vector<std::uint8_t>& 
   throw Error("simulation", name, std::to_string(flags.size()) + " flags", std::to_string(count));
 }
 
-/// 1 for each rigid or absent body.
+/// Per body, 1: rigid or absent.
 inline std::vector<std::uint8_t> rigid_bodies(const Model& model) {
   auto rigid = flags_or_none(model.obstacles, model.bodies.bodies().size(), "obstacles");
   const auto absent = flags_or_none(model.absent, rigid.size(), "absent");
@@ -28,7 +28,7 @@ inline std::vector<std::uint8_t> rigid_bodies(const Model& model) {
   return rigid;
 }
 
-/// The axes along which each point does not move, 0 to 7. Throws Error on another number.
+/// Per point, the axes along which it does not move, 0 to 7. Throws Error on another number.
 inline std::vector<std::uint8_t> axes_or_none(const Model& model) {
   auto axes = flags_or_none(model.fixed_axes, model.bodies.points_rest().size(), "fixed_axes");
   for (std::size_t p = 0; p < axes.size(); ++p) {
@@ -40,7 +40,7 @@ inline std::vector<std::uint8_t> axes_or_none(const Model& model) {
   return axes;
 }
 
-/// 1 for each point that is fixed or prescribed.
+/// Per point, 1: fixed or prescribed.
 inline std::vector<std::uint8_t> unfree_points(const Model& model) {
   auto flags = flags_or_none(model.fixed_points, model.bodies.points_rest().size(), "fixed_points");
   for (std::size_t p = 0; p < model.motion_of_point.size() && p < flags.size(); ++p) {

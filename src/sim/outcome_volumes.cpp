@@ -10,7 +10,7 @@
 #include "geometry/box_tree.hpp"
 #include "mesh/faces.hpp"
 
-// Volumes of parts of bodies, by cutting tets.
+// Volumes of parts of bodies, computed by cutting tets.
 namespace palpate {
 namespace {
 
@@ -40,7 +40,7 @@ double volume_of(const Corners& tet, std::span<const HalfSpace> spaces) {
   const HalfSpace& space = spaces.front();
   const auto others = spaces.subspan(1);
   std::array<double, 4> height{};
-  std::array<std::size_t, 4> order{};  // those inside first
+  std::array<std::size_t, 4> order{};  // corners inside first
   std::size_t inside = 0;
   for (std::size_t i = 0; i < 4; ++i) {
     height[i] = dot(tet[i] - space.point, space.normal);
@@ -80,7 +80,7 @@ void check(std::span<const HalfSpace> spaces) {
   }
 }
 
-/// The four half-spaces of a tet; empty where it has no volume.
+/// The four half-spaces of a tet; empty if the tet has no volume.
 std::vector<HalfSpace> faces_of(const Corners& tet) {
   const double volume = six_volumes(tet);
   std::vector<HalfSpace> spaces;

@@ -93,7 +93,7 @@ Box box_of_triangle(const std::array<Vec3, 3>& triangle) {
   return box;
 }
 
-/// Contact forces on the surface points of a body by another, N.
+/// Forces on the surface points of a body by contacts with another body, N.
 struct Pushes {
   std::vector<Vec3> on_point;  ///< by index in the body
   std::size_t count = 0;
@@ -189,7 +189,7 @@ double distance_of(const Bodies& bodies, Index a, Index b, std::span<const Vec3>
     all_b.extend(boxes.back());
   }
   const BoxTree tree(std::move(boxes));
-  // The nearest first, so that most others need no search.
+  // Start with the nearest, so that most others need no search.
   std::vector<std::pair<double, std::size_t>> order;
   for (std::size_t t = 0; t < of_a.size(); ++t)
     order.emplace_back(squared_distance(box_of_triangle(of_a[t]), all_b), t);

@@ -8,10 +8,11 @@
 namespace palpate {
 namespace {
 
-/// Least ratio of the variance of supporting contacts to that of all contacts: flush faces of 4 x 4 cells
-/// reach it.
+/// A pair of bodies counts as fully supported if the variance of its supporting contacts is at least this
+/// fraction of that of all its contacts. Flush faces of 4 x 4 cells reach it.
 constexpr double enough = 0.3;
-/// Added to both variances, times the total variance: normal to a flat contact both are zero.
+/// Added to both variances, as a fraction of the total variance, because both are zero along the normal of a
+/// flat contact.
 constexpr double floor_of_variance = 0.01;
 
 /// Whether a symmetric matrix (xx, yy, zz, xy, xz, yz) is positive definite, by Cholesky.
@@ -41,7 +42,7 @@ std::array<double, 6> PairSupport::Moments::variance() const {
   return variance;
 }
 
-/// Uses the least t for which held - t all is not positive definite, found by bisection.
+/// Bisects for the smallest t for which (supporting - t all) is not positive definite.
 double PairSupport::lack_of(const Support& support) {
   std::array<double, 6> all = support.all.variance();
   std::array<double, 6> held = support.held.variance();

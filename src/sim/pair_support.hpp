@@ -12,25 +12,26 @@
 
 namespace palpate {
 
-/// How well the contacts of two bodies resist tilting, although those at rims have little force.
+/// How well the contacts of two bodies resist tilting, although contacts at rims have little force.
 ///
-/// In a fine mesh, contacts away from rims extend nearly as far as all contacts. In two flush boxes of two
-/// cells, only the middle contact is no rim, and eight are at rims. The measure compares two variances of
-/// contact positions: of all contacts of the pair, and weighted by their scales at rims (RimFalloff). It is
-/// the least ratio of the second to the first over all directions.
+/// In a fine mesh, the contacts away from rims extend nearly as far as all contacts. In two flush boxes of
+/// two cells, only the middle contact is away from rims, and eight are at rims. The measure compares two
+/// variances of contact positions: of all contacts of the pair, and weighted by their scale at rims
+/// (RimFalloff). It is the smallest ratio of the second to the first over all directions.
 class PairSupport {
  public:
-  /// \param scales  (n_contacts) 0 to 1
+  /// \param scales  (n_contacts) rim falloff of each, 0 to 1
   ///
   /// O(contacts log pairs). Contacts of a body with itself do not count.
   void measure(const Bodies& bodies, std::span<const Vec3> positions, const Contacts& contacts,
                std::span<const double> scales);
-  /// 0: points support the pair; 1: no point does, or all that do are on one line. O(log pairs).
+  /// Lack of support of a pair. 0: points support the pair; 1: no point does, or all supporting points are on
+  /// one line. O(log pairs).
   [[nodiscard]] double lack(Index body_a, Index body_b) const;
 
  private:
   using Pair = std::pair<Index, Index>;  ///< the lower body first
-  /// Sums of weights, places and products of two coordinates (xx, yy, zz, xy, xz, yz).
+  /// Sums of weights, positions and products of two coordinates (xx, yy, zz, xy, xz, yz).
   struct Moments {
     double weight = 0.0;
     Vec3 first;
@@ -40,7 +41,7 @@ class PairSupport {
   };
   struct Support {
     Pair pair;
-    Vec3 origin;  ///< near the contacts, so that no digits are lost
+    Vec3 origin;  ///< near the contacts, so that sums lose no digits
     Moments all;
     Moments held;
     double lack = 0.0;

@@ -34,7 +34,7 @@ Pose pose(const Motion& motion, double time) {
           (1.0 - fraction) * a.translate + fraction * b.translate};
 }
 
-/// "NAME[i]"
+/// The name of an item in messages: "NAME[i]".
 std::string element(std::string name, std::size_t i) {
   return name.append(1, '[').append(std::to_string(i)).append(1, ']');
 }
@@ -54,7 +54,7 @@ void check_keyframe(const Motion& motion, std::size_t k, const std::string& wher
 }
 
 void check_motion(const Motion& motion, const std::string& where) {
-  if (motion.keyframes.empty()) throw Error("motions", where, "no keyframe", "one or more");
+  if (motion.keyframes.empty()) throw Error("motions", where, "no keyframe", "one or more keyframes");
   if (!is_finite(motion.center)) {
     throw Error("motions", where + ".center", "a number that is not finite", "three finite numbers");
   }
@@ -96,8 +96,8 @@ PrescribedMotions::PrescribedMotions(std::vector<Motion> motions, std::span<cons
 }
 
 std::span<const Vec3> PrescribedMotions::positions(const parallel::Threads& threads, double time) {
-  // Few motions, many points: the loop over points computes the poses again for each chunk, which is cheaper
-  // than a table.
+  // There are few motions and many points. The loop over points computes the poses again for each chunk,
+  // which is cheaper than a table.
   parallel::for_chunks(threads, points_.size(), grain, [&](std::size_t begin, std::size_t end, std::size_t) {
     Index last = -1;
     Pose here{};

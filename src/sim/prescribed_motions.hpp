@@ -24,19 +24,20 @@ class PrescribedMotions {
   [[nodiscard]] std::span<const Index> points() const { return points_; }            ///< ascending
   [[nodiscard]] std::span<const Index> motion_of_points() const { return motion_; }  ///< of points()
   [[nodiscard]] Index motion_count() const { return static_cast<Index>(motions_.size()); }
-  /// Positions of points() at a time, in their order; valid until the next call.
+  /// Positions of points() at a time, in the order of points(); valid until the next call.
   std::span<const Vec3> positions(const parallel::Threads& threads, double time);
-  /// All points at the start (n_points x 3), with prescribed ones where their motion is at time 0.
+  /// All points at the start (n_points x 3). Prescribed points are where their motion is at time 0.
   [[nodiscard]] std::vector<Vec3> start_positions(const parallel::Threads& threads,
                                                   std::span<const Vec3> points_rest);
   /// Replaces a motion. Throws Error, and changes nothing, on a number out of range and as the constructor
   /// does.
   void replace(Index number, Motion motion);
   [[nodiscard]] std::span<const Motion> motions() const { return motions_; }
-  /// Replaces all motions. Throws Error, and changes nothing, on another number of motions and as the
-  /// constructor does.
+  /// Replaces all motions. Throws Error, and changes nothing, if their number differs, and as the constructor
+  /// does.
   void set_motions(std::vector<Motion> motions);
-  /// Time of the last keyframe of all motions with points, s; 0 without any. Later nothing moves.
+  /// Time of the last keyframe of all motions that have points, s; 0 if there are none. Nothing moves after
+  /// it.
   [[nodiscard]] double end() const;
 
  private:

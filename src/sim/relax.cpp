@@ -23,22 +23,23 @@
 namespace palpate {
 namespace {
 
-/// Our time step over that of the scene. It is long, so that inertia has little effect on the result, but
-/// short enough for the solver to find rigid motions, which only inertia resists.
+/// Time step of the relaxation, relative to that of the scene. It is long, so that inertia has little effect
+/// on the result, but short enough for the solver to find rigid motions, which only inertia resists.
 constexpr double time_steps = 10.0;
-/// Solves need not be accurate, since the next step continues from the result.
+/// Solves need not be accurate, because the next step continues from the result.
 constexpr double solver_tolerance = 1e-4;
 constexpr int solver_iterations = 1000;
-/// Fraction of the depth before that a step must leave for the contact stiffness to be doubled.
+/// If more than this fraction of the depth is left after a step, the contact stiffness is doubled.
 constexpr double stalled = 0.9;
-/// Bounds of the contact stiffness, over the stiffness of the scene.
+/// Bounds of the contact stiffness, relative to that of the scene.
 constexpr double most_factor = 1024.0;
 constexpr double least_factor = 1.0 / 1024.0;
-/// Fraction of its initial volume that every tet keeps.
+/// Every tet keeps at least this fraction of its initial volume.
 constexpr double least_volume = 0.1;
-/// Limit on the halvings of a step that leaves a tet less than that.
+/// How often a step that leaves a tet less volume is halved at most.
 constexpr int most_halvings = 8;
-/// Stiffness of an edge contact, over the full contact stiffness, up to which its depth is ignored.
+/// The depth of an edge contact is ignored if its stiffness is below this fraction of the full contact
+/// stiffness.
 constexpr double least_part = 0.1;
 
 double least_mean_edge(const Bodies& bodies) {
@@ -49,7 +50,7 @@ double least_mean_edge(const Bodies& bodies) {
   return least;
 }
 
-/// The removal of overlaps needs exact detection.
+/// Detection settings for relaxation, which must be exact.
 DetectionSettings exact(DetectionSettings settings) {
   settings.cells_per_primitive.reset();
   settings.budget.reset();
@@ -68,7 +69,7 @@ double largest_distance(std::span<const Vec3> a, std::span<const Vec3> b) {
   return std::sqrt(largest);
 }
 
-/// Materials without plasticity and viscosity.
+/// The materials without plasticity and viscosity.
 std::vector<Material> elastic(std::vector<Material> materials) {
   for (Material& material : materials) {
     material.plastic_yield.reset();
@@ -77,7 +78,7 @@ std::vector<Material> elastic(std::vector<Material> materials) {
   return materials;
 }
 
-/// The state of bodies during the removal of overlaps.
+/// The bodies during relaxation.
 class Relaxation {
  public:
   Relaxation(const Model& model, const SimulationSettings& settings, int threads)
@@ -102,7 +103,7 @@ class Relaxation {
   }
 
   [[nodiscard]] const Contacts& contacts() const { return detector_.contacts(); }
-  /// The largest depth of contacts and of acting edges, where at least one side can move.
+  /// The largest depth of contacts and of acting edges, of pairs of which at least one body can move.
   [[nodiscard]] double deepest() const {
     double deepest = 0.0;
     const auto moves = [&](Index point) { return at(dynamics_.free_points(), point) != 0; };
@@ -123,14 +124,14 @@ class Relaxation {
   }
   /// Largest displacement of a point, m.
   [[nodiscard]] double largest_move() const { return largest_distance(dynamics_.positions(), start_); }
-  /// The rest positions for the present positions; those of prescribed points do not change.
+  /// The rest positions that belong to the present positions; those of prescribed points do not change.
   [[nodiscard]] std::vector<Vec3> points_rest() const {
     std::vector<Vec3> points(dynamics_.positions().begin(), dynamics_.positions().end());
     for (const Index p : prescribed_.points()) at(points, p) = at(bodies_.points_rest(), p);
     return points;
   }
 
-  /// False where bodies cannot separate without crushing their tissue.
+  /// Relaxes the bodies. Returns false if they cannot separate without crushing tissue.
   bool step() {
     const double before = deepest();
     for (std::size_t c = 0; c < couplings_.size(); ++c) {
@@ -145,8 +146,8 @@ class Relaxation {
     dynamics_.set_velocities(still_);
     dynamics_.set_velocity_changes(still_);
     find_contacts();
-    // If tissue would be crushed, its elastic forces need more steps; if there is no progress, a higher
-    // stiffness is needed.
+    // If the step would crush tissue, elastic forces need more steps; if there is no progress, the contact
+    // needs a higher stiffness.
     if (!moved) {
       factor_ *= 0.5;
     } else if (deepest() > stalled * before) {
@@ -163,8 +164,8 @@ class Relaxation {
     response_.compute(threads_, bodies_, DetectorSteps::table(detector_), dynamics_.positions(), still_,
                       time_step_, 0.0, couplings_);
   }
-  /// Limits the step so that no point moves further than the largest depth, since a free body could rotate
-  /// far beyond the validity of the linear model; and so that no tet becomes too flat.
+  /// Shortens the step so that no point moves further than the largest depth (a free body could rotate too
+  /// far for the linear model), and so that no tet becomes too flat.
   bool shorten_step(double most) {
     const double move = largest_distance(dynamics_.positions(), last_);
     if (move > most) shorten_step_to(most / move);

@@ -29,15 +29,15 @@ Vec3 bounded(const Vec3& a, double most) {
 }
 
 constexpr std::size_t grain = 256;
-/// Factor of the chatter damping per step: it fades within a few hundred steps.
+/// Factor of the chatter damping in each step: it fades within a few hundred steps.
 constexpr double chatter_damping_kept = 0.99;
-/// Bound of the chatter damping, over stiffness times time step.
+/// Upper bound of the chatter damping, relative to stiffness times time step.
 constexpr double most_chatter_damping = 20.0;
-/// Critical damping is at least this times k h, for contacts that are stiff for the time step h; see the
-/// class.
+/// Lower bound of the critical damping, relative to k h, for contacts that are stiff for the time step h; see
+/// the class.
 constexpr double stiff_damping = 10.0;
-/// New contacts are left to the next step if their forces are below this fraction of the acting forces (roots
-/// of sums of squares).
+/// New contacts wait for the next step if their forces are below this fraction of the acting forces (roots of
+/// sums of squares).
 constexpr double speculative_tolerance = 0.05;
 
 }  // namespace
@@ -134,7 +134,7 @@ void ContactResponse::compute(const parallel::Threads& threads, const Bodies& bo
   resize_with_room(laws_, contacts);
   resize_with_room(scales_, contacts);
   assign_with_room(of_edge_, contacts, std::uint8_t{0});
-  // Reserves room for add_speculative(), so that only the first steps allocate.
+  // Reserves room for the contacts of add_speculative(), so that only the first steps allocate.
   make_room(idle_, contacts);
   make_room(speculative_, contacts / 8);
   for_each_searching(threads, contacts, [&](std::size_t c, ExitSearch& search) {
@@ -183,7 +183,7 @@ void ContactResponse::append_near(const parallel::Threads& threads, const Bodies
   append_speculative(table, couplings);
 }
 
-/// Calls f(i, search) for each i < size. No two threads use the same search.
+/// Calls f(i, search) for each i < size. No two threads use the same search at once.
 template <class F>
 void ContactResponse::for_each_searching(const parallel::Threads& threads, std::size_t size, const F& f) {
   const std::size_t chunks = parallel::chunk_count(size, grain);
@@ -262,13 +262,13 @@ ContactResponse::Speculative ContactResponse::met(const Bodies& bodies, const Co
   }
   const double k = rims_.scale(bodies, positions_end, point, tet, r, search) *
                    stiffness(at(bodies.body_of_point(), point), body);
-  // Depth before the step; not above zero, since it was outside.
+  // Depth before the step, on the straight line of the motion. Not above zero, since the point was outside.
   const double before = std::min(depth + time_step_ * dot(velocity, r), 0.0);
   return speculative(coupling, before, r, velocities_end,
                      kept_contact(bodies, point, body, tet, weights, depth, r, k, positions_end));
 }
 
-/// Its law has no damping.
+/// The law of a speculative contact has no damping.
 ContactResponse::Speculative ContactResponse::speculative(const fem::Coupling& coupling, double depth,
                                                           const Vec3& direction,
                                                           std::span<const Vec3> velocities,
@@ -283,7 +283,7 @@ ContactResponse::Speculative ContactResponse::speculative(const fem::Coupling& c
           .force = fem::contact_force(law, {.coefficient = 0.0, .time_step = time_step_}, velocity).normal};
 }
 
-/// Edges at the predicted positions that do not act yet.
+/// Appends edges that do not act yet but touch at the predicted positions.
 std::span<const EdgeResponse::Row> ContactResponse::meet_edges(const parallel::Threads& threads,
                                                                const Bodies& bodies,
                                                                const ContactTable& table,
@@ -340,7 +340,7 @@ void ContactResponse::add_stops(std::span<const StopOfPassing> stops, std::vecto
   }
 }
 
-/// A lost contact keeps its count of lost steps and its chatter damping.
+/// Counts a step without contact; the chatter damping stays.
 void ContactResponse::append_speculative(ContactTable& table, std::vector<fem::Coupling>& couplings) {
   make_room(laws_, laws_.size() + speculative_.size());
   make_room(of_edge_, of_edge_.size() + speculative_.size());

@@ -30,7 +30,7 @@ struct ContactOutcome {
 struct StopOfPassing {
   fem::ContactLaw law;
   fem::Coupling coupling;
-  bool of_edge = false;  ///< whether the coupling is of an edge; else of a point with a tet
+  bool of_edge = false;  ///< true: the coupling is of an edge; false: of a point and a tet
 };
 
 /// Penalty forces of contacts (paper 3: the force on a collided point grows with its penetration depth), with
@@ -79,12 +79,12 @@ class ContactResponse {
 
   /// Throws Error on a setting out of range.
   static void check_settings(const ResponseSettings& settings);
-  /// Changes the settings from the next compute() on; they must have passed check_settings().
+  /// Changes the settings from the next compute() on. They must have passed check_settings().
   void change(const ResponseSettings& settings) { settings_ = settings; }
 
   /// Makes the laws of the contacts, and appends one coupling without a force for each, in their order. Then
-  /// those of edge contacts (EdgeResponse), and as speculative ones those of contacts of the last step that
-  /// are near (KeptContacts). O(contacts log contacts), parallel.
+  /// those of edge contacts (EdgeResponse). Then, as speculative contacts, those contacts of the last step
+  /// that are near (KeptContacts). O(contacts log contacts), parallel.
   /// \param table      contacts at `positions`; its columns hold their states
   /// \param time_step  time since the last call, and to the next, s
   /// \param fall       distance by which gravity moves a body in the step, m
@@ -104,21 +104,22 @@ class ContactResponse {
 
   /// Number of laws of the last compute(), without speculative contacts.
   [[nodiscard]] std::size_t present() const { return present_; }
-  /// Appends laws and couplings for points and edges that would pass through a body within the step. They are
-  /// no contacts and are not kept for the next step. O(stops).
+  /// Appends laws and couplings for points and edges that would otherwise pass through a body within the
+  /// step. They are no contacts and are not kept for the next step. O(stops).
   void add_stops(std::span<const StopOfPassing> stops, std::vector<fem::Coupling>& couplings);
 
   /// Laws of the contacts of the step, in the order of their couplings.
   [[nodiscard]] std::span<const fem::ContactLaw> laws() const { return laws_; }
   [[nodiscard]] double friction() const { return settings_.friction; }
 
-  /// Result of a contact, by index of its coupling, at its relative velocity at the end of the step. O(1).
+  /// The state of a contact at its relative velocity at the end of the step. O(1).
+  /// \param contact  index of its coupling
   [[nodiscard]] ContactOutcome outcome(std::size_t contact, const Vec3& velocity) const;
 
   /// Turns the forces of edges (docs/edges.md) on from the next compute() on, with the normals of the
   /// surfaces, which must outlive their use. Null, the default, turns them off.
   void use_edges(const SurfaceNormals* normals) { normals_ = normals; }
-  /// Whether the coupling of a law is of an edge with a triangle; else it is of a point with a tet.
+  /// Whether a law's coupling is between an edge and a triangle; otherwise it is between a point and a tet.
   [[nodiscard]] bool is_of_edge(std::size_t contact) const { return of_edge_[contact] != 0; }
 
   /// Call after a failed step, together with undo_step() of the table.
@@ -133,27 +134,28 @@ class ContactResponse {
   [[nodiscard]] const std::vector<EdgeEnd>& edge_ends() const { return edges_.ends(); }
   void set_edge_ends(std::vector<EdgeEnd> ends) { edges_.set_ends(std::move(ends)); }
 
-  /// Penalty stiffness between two bodies, N/m. The setting, or two springs in series, 10 E h for each body
-  /// that is not an obstacle, with the mean edge length h. Two equal bodies give 5 E h, about five times the
-  /// stiffness of one layer of tets: contacts sink in less than the tissue deforms.
+  /// Penalty stiffness between two bodies, N/m. It is the setting if given. Otherwise, each body that is not
+  /// an obstacle has a spring of 10 E h, with the mean edge length h, and the two springs are in series. Two
+  /// equal bodies give 5 E h, about five times the stiffness of one layer of tets: contacts sink in less than
+  /// the tissue deforms.
   [[nodiscard]] double stiffness(Index body_a, Index body_b) const;
   /// Reduced mass of the two places of a coupling, kg; 0 if no point of it can move.
   [[nodiscard]] double reduced_mass(const fem::Coupling& coupling) const;
   /// Damping of a contact of this stiffness, without chatter damping, N s/m.
   [[nodiscard]] double damping(const fem::Coupling& coupling, double stiffness) const;
-  /// The extension of the friction spring, limited to its largest value.
+  /// The extension of the friction spring, limited so that its force is at the friction bound.
   [[nodiscard]] Vec3 bounded_slip(const Vec3& slip, const fem::ContactLaw& law) const;
   /// State of a contact in a step.
   struct Acted {
-    Vec3 force;               ///< along the direction, at the start of the step, N
+    Vec3 force;               ///< the force on the point at the start of the step, along `direction`, N
     Vec3 direction;           ///< unit
     Vec3 velocity;            ///< relative, at the start of the step, m/s
     double stiffness;         ///< N/m
     double damping;           ///< chatter damping, N s/m
-    bool comes_back = false;  ///< whether it has been open since
+    bool comes_back = false;  ///< it has been open since it last acted
   };
   /// Chatter damping of a contact in the next step, N s/m.
-  /// \param full  its stiffness without rim falloff
+  /// \param full  its stiffness before rim falloff
   [[nodiscard]] double chatter_damping(const Acted& last, const Vec3& force, const Vec3& velocity,
                                        double full) const;
   /// Reach of the rim falloff: distance from a side of a body, m.
@@ -175,7 +177,7 @@ class ContactResponse {
                                 ExitSearch& search) const;
   [[nodiscard]] Speculative speculative(const fem::Coupling& coupling, double depth, const Vec3& direction,
                                         std::span<const Vec3> velocities, const KeptContact& kept) const;
-  /// Appends contacts of the last step whose points are near.
+  /// Appends the contacts of the last step whose points are near.
   void append_near(const parallel::Threads& threads, const Bodies& bodies, ContactTable& table,
                    std::span<const Vec3> positions, std::span<const Vec3> velocities, double fall,
                    std::vector<fem::Coupling>& couplings);
@@ -191,17 +193,17 @@ class ContactResponse {
   ResponseSettings settings_;
   KeptContacts kept_;
   EdgeResponse edges_;
-  const SurfaceNormals* normals_ = nullptr;  ///< null: no forces of edges
+  const SurfaceNormals* normals_ = nullptr;  ///< null: edges have no forces
   std::size_t present_ = 0;
   double time_step_ = 0.0;
   std::vector<fem::ContactLaw> laws_;     ///< in the order of the couplings
   std::vector<std::uint8_t> of_edge_;     ///< the same order
-  std::vector<double> scales_;            ///< of contacts: rim falloff
+  std::vector<double> scales_;            ///< rim falloff of each contact
   std::vector<std::size_t> idle_;         ///< contacts that do not act yet; scratch of add_speculative()
   std::vector<Speculative> speculative_;  ///< scratch of append_speculative()
   std::vector<ContactTable::Key> keys_;   ///< the same
   std::vector<double> partial_;           ///< scratch
-  std::vector<ExitSearch> searches_;      ///< of the chunks of contacts
+  std::vector<ExitSearch> searches_;      ///< one for each chunk of contacts
   std::vector<double> body_compliance_;   ///< (n_bodies) m/N; 0 for obstacles
   RimFalloff rims_;
   std::span<const double> masses_;

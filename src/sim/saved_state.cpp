@@ -9,7 +9,7 @@
 
 namespace palpate {
 
-// The data of fingerprints; the archive finds these functions by argument-dependent lookup.
+// describe() of the data of fingerprints; the archive finds these functions by argument-dependent lookup.
 
 template <class Archive>
 void describe(Archive& archive, Fibres& f) {
@@ -52,7 +52,7 @@ namespace {
 
 constexpr const char* source_name = "saved state";
 
-/// Uses copies, since an archive takes non-const references.
+/// Works on copies, since an archive takes non-const references.
 template <class... Parts>
 std::uint64_t hash_of(Parts... parts) {
   ArchiveWriter writer;
@@ -93,7 +93,9 @@ void check_contacts(const ContactHistory& contacts, const Bodies& bodies) {
     const std::pair key(contacts.point[c], contacts.body[c]);
     check_index("contact.point", key.first, 0, bodies.points_rest().size());
     check_index("contact.body", key.second, 0, bodies.bodies().size());
-    if (key <= last) throw Error(source_name, "contacts", "another order", "that of point and body");
+    if (key <= last)
+      throw Error(source_name, "contacts", "contacts that are not sorted",
+                  "contacts sorted by point, then body");
     last = key;
     for (const Vec3& vector : {states.slip[c], states.force[c], states.direction[c], states.velocity[c]})
       check_finite("contact", vector);
@@ -123,7 +125,8 @@ void check_ends(const std::vector<EdgeEnd>& ends, const Bodies& bodies) {
     check_finite("end of edge", {e.coefficients[3], e.coefficients[4], e.law.depth});
     check_finite("end of edge", {e.law.stiffness, e.chatter_damping, 0.0});
     if (i > 0 && e.key() <= ends[i - 1].key())
-      throw Error(source_name, "ends of edges", "another order", "that of edge, body and end");
+      throw Error(source_name, "ends of edges", "ends that are not sorted",
+                  "ends sorted by edge, body and end");
   }
 }
 
@@ -132,7 +135,8 @@ void check_acting(const std::vector<ActedContact>& contacts, const Bodies& bodie
     for (const Index point : std::span(c.points).first(c.of_edge ? c.all_points() : c.points.size()))
       check_index("acting contact", point, 0, bodies.points_rest().size());
     if (tet_of(c, bodies) < 0)
-      throw Error(source_name, "acting contact", "corners of no tet", "those of a tet");
+      throw Error(source_name, "acting contact", "points that are not the corners of a tet",
+                  "the corners of a tet");
     for (const Vec3& vector : {c.direction, c.force}) check_finite("acting contact", vector);
     check_finite("acting contact", {c.coefficients[0], c.coefficients[1], c.coefficients[2]});
     check_finite("acting contact", {c.coefficients[3], c.coefficients[4], c.depth});
@@ -200,7 +204,8 @@ void check_saved(const SavedState& saved, const Bodies& bodies) {
   check_contacts(saved.contacts, bodies);
   check_kept(saved.kept_contacts, bodies);
   check_ends(saved.edge_ends, bodies);
-  constexpr std::int64_t most_steps = std::int64_t{1} << 53;  // exact as a double, for the time
+  constexpr std::int64_t most_steps = std::int64_t{1}
+                                      << 53;  // the time, a double, is exact up to this number of steps
   if (saved.metrics.step < 0 || saved.metrics.step > most_steps || saved.slow_steps < 0 ||
       saved.slow_steps > saved.metrics.step) {
     throw Error(source_name, "step", std::to_string(saved.metrics.step), "a number of steps");

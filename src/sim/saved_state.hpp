@@ -35,7 +35,7 @@ struct Fingerprint {
 /// O(points + tets).
 Fingerprint fingerprint_of(const Model& model, const SimulationSettings& settings);
 
-/// The present values of everything that a ModelChange can change, except motions.
+/// The present values of all that a ModelChange can change, except motions.
 struct ChangedModel {
   Holds holds;
   std::vector<PointLoad> point_loads;
@@ -64,7 +64,7 @@ struct SavedState {
   std::optional<ChangedModel> changed;  ///< empty: constraints and loads are those of the model
 };
 
-/// Throws Error if an index is out of range, a number is not finite or an array does not have the length for
+/// Throws Error if an index is out of range, a number is not finite or the length of an array does not match
 /// these bodies. Dynamics and Detector check their own data.
 void check_saved(const SavedState& saved, const Bodies& bodies);
 
@@ -125,7 +125,7 @@ void describe(Archive& archive, fem::DynamicsState& s) {
           s.second_order_multigrid_reference, s.second_order_multigrid_stale_iterations);
 }
 
-/// Column by column, like the table.
+/// Describes states of contacts column by column, like the table.
 template <class Archive>
 void describe(Archive& archive, ContactHistory& c) {
   archive(c.point, c.body);

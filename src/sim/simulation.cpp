@@ -42,7 +42,7 @@ const SimulationSettings& checked(const SimulationSettings& s) {
   return s;
 }
 
-/// BDF2 knows neither stresses of the past nor paths within a step.
+/// Throws Error if BDF2 is combined with viscosity or continuous detection, which it does not support.
 void check_integration(const SimulationSettings& s, bool viscous) {
   if (s.time_integration == TimeIntegration::implicit_euler) return;
   if (!viscous && !s.detection.continuous) return;
@@ -120,7 +120,7 @@ void Simulation::State::start(const std::vector<Vec3>& velocities, const std::ve
   measure();
 }
 
-/// Energies and extremes at the end of a step.
+/// Computes energies and extremes at the end of a step.
 void Simulation::State::measure() {
   metrics.kinetic_energy = dynamics.kinetic_energy();
   metrics.elastic_energy = dynamics.elastic_energy();
@@ -200,8 +200,9 @@ void Simulation::change(const SimulationSettings& settings) {
   ContactResponse::check_settings(settings.response);
   check_integration(settings, s.dynamics.elements().is_viscous());
   if (settings.time_step != s.settings.time_step) {
-    throw Error("simulation settings", "time_step", number_text(settings.time_step),
-                number_text(s.settings.time_step) + ", as it is: steps are counted in it");
+    throw Error(
+        "simulation settings", "time_step", number_text(settings.time_step),
+        number_text(s.settings.time_step) + ", the present value: it cannot change during a simulation");
   }
   if (settings.detection != s.settings.detection) {
     Detector detector(s.bodies, without_absent(settings.detection, s.holds.absent), s.obstacles,

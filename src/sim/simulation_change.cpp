@@ -14,7 +14,7 @@
 namespace palpate {
 namespace {
 
-/// Moves values by element to other elements with the same tets; zero for tets without a value.
+/// Copies values by element to the elements with the same tets; zero for tets without a value.
 template <class T>
 std::vector<T> for_elements(const std::vector<T>& values, std::span<const Index> tets_before,
                             std::span<const Index> tets_after, std::size_t tet_count) {
@@ -27,8 +27,8 @@ std::vector<T> for_elements(const std::vector<T>& values, std::span<const Index>
   return after;
 }
 
-/// Values of bodies for the bodies that are present afterwards, in the same order within a body; zero for
-/// bodies that were absent.
+/// Copies values of bodies to the bodies that are present afterwards, in the same order within a body; zero
+/// for bodies that were absent.
 /// \param before, after  the body of each value
 std::vector<fem::SymmetricMatrix3> for_bodies(const std::vector<fem::SymmetricMatrix3>& values,
                                               std::span<const Index> before, std::span<const Index> after,
@@ -45,7 +45,7 @@ std::vector<fem::SymmetricMatrix3> for_bodies(const std::vector<fem::SymmetricMa
   return there;
 }
 
-/// Forces of the ties: of a tie that existed before its force, else zero.
+/// Forces of the ties after a change: unchanged for ties that existed before, zero for new ones.
 std::vector<Vec3> forces_of_ties(const std::vector<HeldTie>& ties, const std::vector<HeldTie>& before,
                                  const std::vector<Vec3>& forces) {
   std::vector<Vec3> all;
@@ -62,8 +62,8 @@ std::vector<Vec3> forces_of_ties(const std::vector<HeldTie>& ties, const std::ve
 
 }  // namespace
 
-/// Velocities of fixed points are zero, those of prescribed points stay. An inserted body is placed at its
-/// motion's present pose.
+/// Sets velocities of fixed points to zero; those of prescribed points stay. An inserted body is placed at
+/// the present pose of its motion.
 void Simulation::State::copy_from(const State& from) {
   SavedState saved = from.saved_state();
   fem::DynamicsState& d = saved.dynamics;

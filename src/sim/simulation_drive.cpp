@@ -13,7 +13,7 @@
 namespace palpate {
 namespace {
 
-/// Checks values for points: one for each, finite, of points with may(point).
+/// Checks values for points: one for each, finite, and only for points where may(point) is true.
 template <class May>
 void check_values(const char* name, std::span<const Index> points, std::span<const Vec3> values,
                   std::size_t count, May&& may, const char* why, const char* expected) {
@@ -107,7 +107,7 @@ void Simulation::set_velocities(std::span<const Index> points, std::span<const V
     if (fem::along(at(s.dynamics.held_axes(), points[i]), velocities[i]) == Vec3{}) continue;
     throw Error("simulation", "velocities",
                 "point " + std::to_string(points[i]) + ", which moves along an axis that is fixed",
-                "zero along it");
+                "a velocity of zero along it");
   }
   s.dynamics.set_velocities(points, velocities);
   s.measure();

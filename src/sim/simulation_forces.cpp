@@ -15,14 +15,14 @@ namespace {
 void check_index(const char* what, Index found, Index count) {
   if (found < 0 || found >= count) {
     const std::string expected =
-        count > 0 ? "0 to " + std::to_string(count - 1) : "none: there is no " + std::string(what);
+        count > 0 ? "0 to " + std::to_string(count - 1) : "no index, since there is no " + std::string(what);
     throw Error("simulation", what, std::to_string(found), expected);
   }
 }
 
 }  // namespace
 
-/// Between the last solve and the end of the step.
+/// Records forces and reactions; call between the last solve and the end of the step.
 void Simulation::State::collect_forces() {
   step_forces.take(
       threads, couplings,

@@ -87,8 +87,8 @@ void Simulation::restore(std::span<const std::byte> bytes) {
   reader.finish();
   for (std::size_t i = 0; i < Fingerprint::names.size(); ++i) {
     if (saved.fingerprint.hashes[i] != s.core->fingerprint.hashes[i]) {
-      throw Error("saved state", std::string(Fingerprint::names[i]), "those of another simulation",
-                  "the same as when it was saved");
+      throw Error("saved state", std::string(Fingerprint::names[i]), "values of another simulation",
+                  "the same model and settings as when the state was saved");
     }
   }
   check_saved(saved, s.bodies);

@@ -27,8 +27,8 @@ namespace palpate {
 struct SimulationCore {
   /// Moves the data out of a model. Throws Error as Simulation does.
   SimulationCore(Model model, const SimulationSettings& settings, const parallel::Threads& threads);
-  Fingerprint fingerprint;  ///< declared first: made of the model before it is moved from
-  HeldModel held;           ///< at the start; declared before `bodies`, as it is made of the model
+  Fingerprint fingerprint;  ///< declared first, because the model is moved from later
+  HeldModel held;           ///< at the start; declared before `bodies`, since both are made from the model
   LoadSet loads;            ///< at the start
   Bodies bodies;
   Materials materials;
@@ -39,12 +39,13 @@ struct SimulationCore {
 /// simulation_drive.cpp (changes between steps), simulation_change.cpp (ModelChange), simulation_saved.cpp
 /// (save and restore) and simulation_forces.cpp (forces and stress).
 struct Simulation::State {
-  /// Points are at rest, prescribed ones where their motion is at time 0. There are no contacts yet.
+  /// A simulation at its start: points are at rest, and prescribed ones where their motion is at time 0.
+  /// There are no contacts yet.
   State(std::shared_ptr<const SimulationCore> core, HeldModel held, LoadSet loads,
         const SimulationSettings& settings, int threads);
   /// Sets the first velocities and grabs, and detects the first contacts.
   void start(const std::vector<Vec3>& velocities, const std::vector<Grab>& grabs);
-  /// Continues from another state, whose constraints may differ.
+  /// Copies another state, whose constraints may differ.
   void copy_from(const State& from);
 
   void detect(std::span<const Vec3> positions, bool last);
@@ -55,7 +56,7 @@ struct Simulation::State {
   void measure();
   /// See StepMetrics::deepest. O(contacts log pairs of bodies).
   [[nodiscard]] double deepest();
-  /// Of the present step, s.
+  /// Length of the implicit Euler step that is solved, s; shorter than the time step with BDF2.
   [[nodiscard]] double step_length() const { return dynamics.step_length(settings.time_step); }
   void set_end();
   void reset_counts();
@@ -64,7 +65,7 @@ struct Simulation::State {
   bool solve(bool loose, bool steady);
   [[nodiscard]] fem::ContactSet contact_set();
   [[nodiscard]] double normal_forces() const;
-  /// The prediction of a step so far.
+  /// The end of the present step as its last solve predicts it.
   [[nodiscard]] PredictedStep predicted() const;
   [[nodiscard]] int most_solves(bool stops_passes) const;
   bool stop_passes();
@@ -76,9 +77,9 @@ struct Simulation::State {
   void advance();
   void collect_forces();
   [[nodiscard]] SavedState saved_state() const;
-  /// The constraints and loads, if a ModelChange has changed them.
+  /// The constraints and loads if a ModelChange has changed them; else empty.
   [[nodiscard]] std::optional<ChangedModel> changed_model() const;
-  /// A new state with the constraints of a saved one; null if this one has the same constraints.
+  /// A new state with the constraints of a saved one; null if this state has the same constraints.
   [[nodiscard]] std::unique_ptr<State> held_as(const SavedState& saved) const;
   void copy_state(const SavedState& saved);
 
@@ -86,11 +87,11 @@ struct Simulation::State {
   const Bodies& bodies;
   const Materials& materials;
   Holds holds;
-  bool changed = false;                 ///< constraints or loads are no longer those of the model
+  bool changed = false;                 ///< constraints or loads differ from those of the model
   std::vector<std::uint8_t> obstacles;  ///< (n_bodies) 1: rigid or absent
   SimulationSettings settings;
   parallel::Threads threads;
-  std::vector<double> activations;  ///< of the fibres of each material
+  std::vector<double> activations;  ///< activation of the fibres of each material
   PrescribedMotions prescribed;
   fem::Dynamics dynamics;
   Loads loads;
@@ -103,9 +104,9 @@ struct Simulation::State {
   Ties ties;
   std::vector<fem::Coupling> couplings;  ///< of grabs, held axes, ties, then contacts
   std::size_t grab_couplings = 0;
-  std::size_t first_tie = 0;          ///< in the couplings
-  std::size_t first_contact = 0;      ///< in the couplings
-  std::size_t first_speculative = 0;  ///< in the couplings
+  std::size_t first_tie = 0;          ///< index of the first tie in `couplings`
+  std::size_t first_contact = 0;      ///< index of the first contact in `couplings`
+  std::size_t first_speculative = 0;  ///< index of the first speculative contact in `couplings`
   StepForces step_forces;
   bool records_reactions = false;
   std::vector<Vec3> reactions;  ///< (n_points) of the last step, N; or empty

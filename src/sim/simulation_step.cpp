@@ -11,7 +11,7 @@
 namespace palpate {
 namespace {
 
-/// Fraction of the remaining time budget for a detection that may not be the last of its step.
+/// Fraction of the remaining time budget for a detection that may not be the last in its step.
 constexpr double fraction_ahead = 0.5;
 
 double total(const DetectionTimes& t) {
@@ -30,21 +30,23 @@ double Simulation::State::budget_seconds() const {
   return 1e-3 * settings.detection.budget->milliseconds.value();
 }
 
-/// Fraction of the time budget that is left in this step; 1 without a time budget.
+/// Fraction of the time budget that is left in this step; 1 if there is none.
 double Simulation::State::budget_left() const {
   if (!spends_time()) return 1.0;
   constexpr double least = 0.01;  // every detection gets some time
   return std::max(1.0 - total(metrics.detection_seconds) / budget_seconds(), least);
 }
 
-/// Whether time is left for two detections: one at the predicted positions and one at the end of the step.
+/// Whether enough time is left for two detections: one at the predicted positions and one at the end of the
+/// step.
 bool Simulation::State::can_predict() const {
   if (!spends_time()) return true;
   return metrics.detection.completeness == 1.0 &&
          detector.least_seconds() < fraction_ahead * budget_left() * budget_seconds();
 }
 
-/// \param last  it is the last of the step, so it may use all of the time budget
+/// Detects contacts.
+/// \param last  it is the last detection of the step, so it may use all of the remaining time budget
 void Simulation::State::detect(std::span<const Vec3> positions, bool last) {
   detector.detect(positions, (last || !spends_time() ? 1.0 : fraction_ahead) * budget_left());
   metrics.detection = detector.counts();
@@ -59,7 +61,7 @@ void Simulation::State::activate_fibres(double time) {
   dynamics.set_activations(activations);
 }
 
-/// What the end of the step has: activations and prescribed positions.
+/// Sets what is given at the end of the step: activations and prescribed positions.
 void Simulation::State::set_end() {
   const double end = static_cast<double>(metrics.step + 1) * settings.time_step;
   activate_fibres(end);
@@ -103,7 +105,7 @@ bool Simulation::State::solve(bool loose, bool steady) {
                      steady);
   metrics.solves += report.solves;
   metrics.solver_iterations += report.iterations;
-  // Free fall is no blow-up, however small the body.
+  // Free fall does not count as a blow-up, however small the body is.
   const double fall =
       2.0 * length(settings.gravity) * static_cast<double>(metrics.step + 1) * settings.time_step;
   const double allowed = settings.limits.max_speed ? max_speed : max_speed + fall;
@@ -154,7 +156,7 @@ void Simulation::State::solve_with_speculative_contacts(const StepMetrics& last)
     const bool passes = met == 0.0 && !loose && stop_passes();
     metrics.speculative_contacts = std::ssize(response.laws()) - known;
     metrics.forces_seconds += watch.lap();
-    if (dynamics.is_second_order() && metrics.speculative_contacts > 0) return;  // it will be undone
+    if (dynamics.is_second_order() && metrics.speculative_contacts > 0) return;  // the step will be undone
     const bool solved = met == 0.0 && !passes && !loose;
     if (solved && (fixed || !dynamics.relinearise_tissue(settings.solver.tolerance))) break;
     if (solved && !searches_again) {
@@ -165,14 +167,15 @@ void Simulation::State::solve_with_speculative_contacts(const StepMetrics& last)
     loose = met > many && !fixed;
     steady = steady && solved;
   }
-  // This detection had only half of the remaining time, so it may have missed contacts of the next step.
+  // This detection had only half of the remaining time, so it may have missed contacts that matter in the
+  // next step.
   if (metrics.detection.completeness < 1.0 && spends_time()) {
     detect(dynamics.end_positions(), true);
     ++metrics.detections;
   }
 }
 
-/// Normal forces of the contacts at the last solution, root of their sum of squares, N.
+/// Norm of the normal forces of the contacts at the last solution (root of their sum of squares), N.
 double Simulation::State::normal_forces() const {
   double sum = 0.0;
   const auto laws = response.laws();
@@ -183,7 +186,7 @@ double Simulation::State::normal_forces() const {
   return std::sqrt(sum);
 }
 
-/// Forces and the end of the step, by the positions and velocities of `dynamics`.
+/// Forces and the end of a step, computed from the positions and velocities of `dynamics`.
 void Simulation::State::solve_step(const StepMetrics& last) {
   Stopwatch watch;
   couplings.clear();
@@ -203,7 +206,7 @@ void Simulation::State::solve_step(const StepMetrics& last) {
   solve_with_speculative_contacts(last);
 }
 
-/// \param detected  the step began with a detection of its own; else with the table that is held
+/// \param detected  the step began with a detection of its own; otherwise it uses the held table
 void Simulation::State::undo_step(bool detected) {
   DetectorSteps::swap_back(detector);
   if (!detected) DetectorSteps::table(detector).undo_step();
@@ -211,7 +214,8 @@ void Simulation::State::undo_step(bool detected) {
   dynamics.cancel_step();
 }
 
-/// A step of BDF2, if bodies do not meet within it and it converges. Else the state is as before it.
+/// Tries a step of BDF2. Succeeds if bodies do not meet within it and it converges; otherwise restores the
+/// state before it.
 bool Simulation::State::solve_second_order(const StepMetrics& last) {
   const bool may = settings.time_integration == TimeIntegration::bdf2 && last.speculative_contacts == 0 &&
                    last.solver_converged && !spends_time();
@@ -232,13 +236,13 @@ bool Simulation::State::solve_second_order(const StepMetrics& last) {
     solve_step(last);
     if (metrics.speculative_contacts == 0 && metrics.solver_converged) return true;
   } catch (const Error&) {
-    // Implicit Euler may succeed.
+    // A step of implicit Euler may still succeed.
   }
   undo_step(detects);
   return false;
 }
 
-/// A step, from forces to the contacts of the new positions. If it fails, the state is as it was.
+/// A whole step, from forces to the contacts at the new positions. If it fails, the state is as before.
 void Simulation::State::advance() {
   const StepMetrics last = metrics;
   reset_counts();

@@ -12,14 +12,14 @@ PredictedStep Simulation::State::predicted() const {
           .contacts = DetectorSteps::table(detector)};
 }
 
-/// More solves are allowed if something must be stopped.
+/// If something must be stopped, this many times more solves are allowed.
 int Simulation::State::most_solves(bool stops_passes) const {
   constexpr int for_passes = 4;
   return (stops_passes ? for_passes : 1) * settings.solver.max_solves;
 }
 
 /// Adds laws for pairs that would pass, and returns whether there are any. If no further solve is allowed,
-/// counts them only.
+/// only counts the pairs.
 bool Simulation::State::stop_passes() {
   if (!settings.detection.continuous) return false;
   const auto stops =

@@ -17,9 +17,9 @@ namespace palpate {
 
 /// A contact of the last solve of a step, with its force.
 struct ActedContact {
-  /// Of a point: the point inside, then the corners of the penetrated tet. Of an edge: its ends, then the
-  /// corners of the triangle that it passes through, or (SweptResponse) the ends of the edge that it would
-  /// have passed, and -1.
+  /// Points of the contact. For a contact of a point: the point inside, then the corners of the penetrated
+  /// tet. For a contact of an edge: its ends, then the corners of the triangle that it passes through; or
+  /// (SweptResponse) the ends of the edge that it would have passed, and -1.
   std::array<Index, 5> points{};
   std::array<double, 5> coefficients{};  ///< weights, those of the penetrated body negative
   bool of_edge = false;
@@ -40,7 +40,7 @@ struct ActedContact {
   }
 };
 
-/// Where the force of a contact acts: at its point, or at the point of its edge on the surface.
+/// The place where the force of a contact acts: its point; for an edge, the point where it meets the surface.
 [[nodiscard]] Vec3 place_of(const ActedContact& contact, std::span<const Vec3> positions);
 
 /// Ranges of the kinds of couplings in a step.
@@ -79,7 +79,7 @@ class StepForces {
   std::vector<ActedContact> contacts_;
 };
 
-/// The penetrated tet; for an edge, the tet behind its triangle, or a tet at the other edge. -1: no tet has
+/// The penetrated tet. For an edge: the tet behind its triangle, or a tet at the other edge. -1: no tet has
 /// these corners. O(tets at a point).
 [[nodiscard]] Index tet_of(const ActedContact& contact, const Bodies& bodies);
 

@@ -10,21 +10,21 @@
 namespace palpate {
 namespace {
 
-/// Tolerance over the mean edge length of all bodies.
+/// Tolerance of a touch, relative to the mean edge length of all bodies.
 constexpr double tolerance_of_edge = 1e-6;
-/// Margin over the local thickness: a pair is stopped this far before the touch, and counts as passed this
-/// far beyond it.
+/// Margin relative to the local thickness: a pair is stopped this far before the touch, and counts as passed
+/// this far beyond it.
 constexpr double margin_of_thickness = 0.02;
-/// Over the local thickness: depth of points, and of edges, up to which contacts at the end of the step
-/// suffice.
+/// Depth of points, and of edges, relative to the local thickness, up to which the contacts at the end of the
+/// step are enough.
 constexpr double deepest_point = 0.1;
 constexpr double deepest_edge = 0.02;
-/// Cosine: tolerance for a direction outside the range of normals at an edge.
+/// Tolerance (a cosine) for a direction that is outside the range of normals at an edge.
 constexpr double most_outside = 0.1;
-/// Bound of the first stiffness, over that of other contacts.
+/// Upper bound of the first stiffness, relative to that of other contacts.
 constexpr double most_first_stiffness = 100.0;
-/// Number of times that a pair is stopped in a step, each ten times as stiff; more would exceed double
-/// precision.
+/// How often a pair is stopped in a step at most. Each stop is ten times as stiff as the one before; more
+/// would exceed double precision.
 constexpr std::ptrdiff_t most_stops = 6;
 
 double mean_edge(const Bodies& bodies) {
@@ -71,8 +71,8 @@ SweptResponse::Key SweptResponse::key_of(const SweptContact& contact) const {
           of_edges ? contact.second : bodies_.body_of(at(bodies_.triangles(), contact.second))};
 }
 
-/// Whether it comes from outside. Where two closed surfaces first meet, the direction leads out of both. Once
-/// they overlap, parts of them come from inside.
+/// Whether one primitive comes from outside of the other's body. When two closed surfaces first meet, the
+/// direction leads out of both. Once they overlap, parts of them come from inside.
 bool SweptResponse::enters(const SweptContact& contact, const PredictedStep& step) const {
   if (contact.direction == Vec3{}) return false;
   if (contact.kind == SweptKind::edge_edge) {
@@ -140,7 +140,7 @@ bool SweptResponse::has_exit_back(const SweptContact& contact, const ContactTabl
          leads(b[0], bodies_.body_of(a), -back) || leads(b[1], bodies_.body_of(a), -back);
 }
 
-/// The first point is of the first body, the second of the other.
+/// The first point belongs to the first body, the second point to the other.
 fem::Coupling SweptResponse::coupling_of(const SweptContact& contact) const {
   fem::Coupling coupling;
   const auto& w = contact.weights;
@@ -187,7 +187,7 @@ void SweptResponse::add(const SweptContact& contact, const PredictedStep& step,
       step.time_step, response);
 }
 
-/// Adds a contact of the start of the step that sinks by more than the filter's limit.
+/// Adds a contact of the start of the step that would sink by more than the limit of the filter.
 void SweptResponse::add_sinking(const PredictedStep& step, const ContactResponse& response,
                                 std::span<const fem::Coupling> contacts) {
   for (std::size_t c = 0; c < contacts.size(); ++c) {
@@ -202,8 +202,8 @@ void SweptResponse::add_sinking(const PredictedStep& step, const ContactResponse
   }
 }
 
-/// Adds a law with the stiffness that stops the mass of its points within the margin, times ten for each time
-/// that the pair was stopped before in this step.
+/// Adds a law whose stiffness stops the mass of its points within the margin; times ten for each time that
+/// the pair was stopped before in this step.
 void SweptResponse::add(const Key& key, const Passing& passing, double time_step,
                         const ContactResponse& response) {
   const auto [first, last] = std::equal_range(stopped_.begin(), stopped_.end(), key);

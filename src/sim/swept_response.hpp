@@ -37,7 +37,7 @@ class SweptResponse {
  public:
   explicit SweptResponse(const Bodies& bodies);
 
-  /// Begins a step: nothing has been stopped yet.
+  /// Begins a step, in which nothing has been stopped yet.
   void begin_step() { stopped_.clear(); }
 
   /// Laws and couplings for the pairs that pass; empty if nothing ends on a wrong side. Valid until the next
@@ -54,21 +54,21 @@ class SweptResponse {
   [[nodiscard]] const SweptCounts& counts() const { return query_.counts(); }
 
  private:
-  /// A pair that was stopped in this step; one entry for each time.
+  /// A pair that was stopped in this step; one entry for each stop.
   struct Key {
     SweptKind kind;
     Index first;
-    Index second;  ///< a point's body, or an edge's other edge
+    Index second;  ///< body of a point, or the other edge
     friend auto operator<=>(const Key&, const Key&) = default;
   };
   /// A pair to keep apart, with direction and distances.
   struct Passing {
     const fem::Coupling& coupling;
     const Vec3& direction;
-    double gap;     ///< allowed approach, m
-    double beyond;  ///< predicted motion beyond it, m
+    double gap;     ///< allowed approach before the stop, m
+    double beyond;  ///< predicted motion beyond the allowed approach, m
     double margin;  ///< distance within which it must be stopped, m
-    bool of_edge;   ///< the coupling's first two points are an edge
+    bool of_edge;   ///< the first two points of the coupling are an edge
   };
   [[nodiscard]] Key key_of(const SweptContact& contact) const;
   [[nodiscard]] bool enters(const SweptContact& contact, const PredictedStep& step) const;

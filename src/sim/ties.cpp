@@ -30,8 +30,8 @@ void check(const Tie& tie, const Bodies& bodies, const std::string& where) {
     throw Error("ties", where + ".stiffness", number_text(stiffness), "a finite number > 0");
 }
 
-/// Barycentric weights of a point, also outside the tet. So the tie acts at one place on both, without a
-/// torque.
+/// Barycentric weights of a point, which may be outside the tet. So force and reaction of the tie act at one
+/// place, without a torque.
 std::array<double, 4> weights_of(const Vec3& p, const Tet& tet, std::span<const Vec3> positions,
                                  const std::string& where) {
   const std::array<Vec3, 4> c{at(positions, tet[0]), at(positions, tet[1]), at(positions, tet[2]),
@@ -44,7 +44,7 @@ std::array<double, 4> weights_of(const Vec3& p, const Tet& tet, std::span<const 
   return {1.0 - w1 - w2 - w3, w1, w2, w3};
 }
 
-/// k I
+/// The matrix k I.
 fem::SymmetricMatrix3 in_all_directions(double k) {
   return {k, k, k, 0.0, 0.0, 0.0};
 }

@@ -13,7 +13,8 @@
 namespace palpate {
 namespace {
 
-/// Forces on the corners of a triangle with the sum `force`, and the torque of that force at `place`.
+/// Forces on the corners of a triangle whose sum is `force`, and whose torque is that of `force` acting at
+/// `place`.
 std::array<Vec3, 3> on_corners(const std::array<Vec3, 3>& t, const Vec3& q, const Vec3& place,
                                const Vec3& force) {
   const std::array<double, 3> b = weights_in(t, area_vector(t), q);
@@ -55,7 +56,7 @@ class SurfaceForces {
     const bool self = contact.body_inside(bodies_) == contact.penetrated_body(bodies_);
     add_below(tet, self ? point : -1, place, -contact.force, contact.direction);
   }
-  /// Adds a contact of an edge, whose points are on the surface.
+  /// Adds the contact of an edge, whose points are on the surface.
   void add_edge(const ActedContact& contact) {
     for (std::size_t k = 0; k < 2; ++k)
       at(sums_, contact.points[k]) += contact.coefficients[k] * contact.force;
@@ -81,13 +82,13 @@ class SurfaceForces {
     double distance = std::numeric_limits<double>::infinity();
   };
 
-  /// The nearest face that faces along `direction`, or else the nearest. The second search begins at the tet
-  /// of the nearest face, since the place may have left its tet.
+  /// The nearest face whose normal is along `direction`; if there is none, the nearest face. The second
+  /// search begins at the tet of the nearest face, since the place may have left its tet.
   [[nodiscard]] Face face_at(Index tet, Index without, const Vec3& place, const Vec3& direction) {
     constexpr double far = std::numeric_limits<double>::infinity();
     constexpr double about_as_near = 1.5;
     constexpr double along = 0.5;
-    constexpr double rounding = 1e-9;  // a place on the face itself
+    constexpr double rounding = 1e-9;  // the place is on the face itself
     const SurfacePoint nearest = search_.nearest(bodies_, positions_, tet, place, without, far, 0.0);
     Face any;
     Face facing;
@@ -114,8 +115,8 @@ class SurfaceForces {
   }
   void add_below(Index tet, Index without, const Vec3& place, const Vec3& force, const Vec3& direction) {
     Face face = face_at(tet, without, place, direction);
-    if (face.corners[0] < 0) face = face_at(tet, -1, place, direction);  // all faces have the point
-    if (face.corners[0] < 0) {                                           // positions that are not finite
+    if (face.corners[0] < 0) face = face_at(tet, -1, place, direction);  // all faces contain the point
+    if (face.corners[0] < 0) {                                           // some positions are not finite
       at(sums_, at(bodies_.tets(), tet)[0]) += force;
       return;
     }
@@ -135,7 +136,7 @@ struct Around {
   double area = 0.0;
   Vec3 normal{};  ///< outward, twice the area long
   int count = 0;
-  /// Fraction of the point's force for a triangle of this area.
+  /// Fraction of the point's force that a triangle of this area gets.
   [[nodiscard]] double part(double triangle) const {
     return area > 0.0 ? triangle / area : 1.0 / static_cast<double>(count);
   }

@@ -23,7 +23,7 @@ Wrench wrench_on(std::span<const ActedContact> contacts, const Bodies& bodies,
   for (const ActedContact& contact : contacts) {
     const Index inside = contact.body_inside(bodies);
     const Index penetrated = contact.penetrated_body(bodies);
-    if ((inside == body) == (penetrated == body)) continue;  // neither, or both: no sum
+    if ((inside == body) == (penetrated == body)) continue;  // both sides are in the body, or none is
     const Vec3 force = inside == body ? contact.force : -contact.force;
     sum.force += force;
     sum.torque += cross(place_of(contact, positions) - about, force);

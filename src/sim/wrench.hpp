@@ -9,7 +9,8 @@
 #include "geometry/vector.hpp"
 #include "sim/step_forces.hpp"
 
-/// Sums of contact forces. Arms are those of the points that are inside, for the force and for its reaction.
+/// Sums of contact forces. The arm of a force and of its reaction is the position of the point that is
+/// inside.
 namespace palpate {
 
 /// Throws Error on a reference point that is not finite.

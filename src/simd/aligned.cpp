@@ -13,7 +13,7 @@ constexpr std::size_t line = 64;
 /// Page size of x86-64 and most other processors. On others the memory is aligned more than needed.
 constexpr std::size_t large_page = std::size_t{1} << 21;
 
-/// From half a page on, so that rounding up at most doubles the memory.
+/// Large pages are used for blocks of half a page or more, so that rounding up at most doubles the memory.
 bool is_large(std::size_t bytes) {
   return bytes >= large_page / 2;
 }
@@ -28,7 +28,7 @@ void* allocate_lines(std::size_t bytes) {
   const std::size_t whole = is_large(bytes) ? (bytes + large_page - 1) / large_page * large_page : bytes;
   void* memory = ::operator new(whole, alignment_of(bytes));
 #if defined(__linux__) && defined(MADV_HUGEPAGE)
-  // Only a hint: without large pages everything works, but slower.
+  // This is only a hint: without large pages everything works, but more slowly.
   if (is_large(bytes)) static_cast<void>(::madvise(memory, whole, MADV_HUGEPAGE));
 #endif
   return memory;

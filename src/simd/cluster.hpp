@@ -6,8 +6,8 @@
 
 namespace palpate {
 
-/// A few neighbouring tets or surface triangles, as the queries read them (docs/query.md). Corners are bytes:
-/// indices into the cluster's own list of points.
+/// A few neighbouring tets or surface triangles, in the form that queries read (docs/query.md). Corners are
+/// stored as bytes: indices into the cluster's own list of points.
 struct Cluster {
   static constexpr std::size_t most_primitives = 16;
   static constexpr std::size_t most_points = 32;
@@ -18,8 +18,8 @@ struct Cluster {
   std::int32_t first;        ///< into Clusters::primitives
   std::int32_t first_point;  ///< into Clusters::points
   std::int32_t body;
-  std::uint8_t size;    ///< primitives, 1 to 16
-  std::uint8_t points;  ///< 3 to 32
+  std::uint8_t size;    ///< number of primitives, 1 to 16
+  std::uint8_t points;  ///< number of points, 3 to 32
 };
 
 }  // namespace palpate

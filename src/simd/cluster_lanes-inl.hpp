@@ -1,4 +1,5 @@
-// One lane per primitive of a cluster: shared by the kernels of both queries. Included once for each target.
+// Clusters with one lane for each primitive; used by the kernels of both queries. Included once for each
+// target.
 #if defined(PALPATE_SIMD_CLUSTER_LANES_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef PALPATE_SIMD_CLUSTER_LANES_INL
 #undef PALPATE_SIMD_CLUSTER_LANES_INL
@@ -31,11 +32,11 @@ constexpr std::size_t lanes() {
 }
 static_assert(Cluster::most_primitives % hn::MaxLanes(Floats()) == 0);
 
-/// Bit i of the result: lane i of the mask.
+/// The mask as a number: bit i is lane i.
 template <class D>
 HWY_INLINE std::uint32_t bits_of([[maybe_unused]] D d, hn::Mask<D> mask) {
 #if HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX3
-  return static_cast<std::uint32_t>(mask.raw);  // StoreMaskBits goes through memory
+  return static_cast<std::uint32_t>(mask.raw);  // without StoreMaskBits, which goes through memory
 #else
   std::array<std::uint8_t, 8> bytes{};
   hn::StoreMaskBits(d, mask, bytes.data());
@@ -43,7 +44,8 @@ HWY_INLINE std::uint32_t bits_of([[maybe_unused]] D d, hn::Mask<D> mask) {
 #endif
 }
 
-/// Compaction table: row `bits of the mask`, entry i is the source lane of lane i of the result.
+/// Compaction table: in the row whose number is the bits of the mask, entry i is the source lane of lane i of
+/// the result.
 template <std::size_t n>
 constexpr auto make_places_kept() {
   std::array<std::array<std::uint8_t, n>, std::size_t{1} << n> places{};
@@ -57,8 +59,9 @@ constexpr auto make_places_kept() {
 constexpr std::size_t few_lanes = lanes() < 16 ? lanes() : 1;
 constexpr auto places_kept = make_places_kept<few_lanes>();
 
-/// Stores the lanes that a mask keeps, contiguously, and undefined values behind them. Returns their number.
-/// Highway's Compress copies its table at each call (1.0.3, GCC), but needs none with AVX-512.
+/// Stores the lanes that a mask keeps, contiguously. Values after them are undefined. Returns the number of
+/// lanes kept. Highway's Compress copies its table at each call (1.0.3, GCC), except with AVX-512, which
+/// needs none.
 HWY_INLINE std::size_t store_kept(Int numbers, hn::Mask<Ints> keep, std::int32_t* to) {
   const std::uint32_t bits = bits_of(ints, keep);
   if constexpr (lanes() == 16) {
@@ -71,7 +74,7 @@ HWY_INLINE std::size_t store_kept(Int numbers, hn::Mask<Ints> keep, std::int32_t
   return static_cast<std::size_t>(std::popcount(bits));
 }
 
-/// Negative where a number is not in [lower, upper].
+/// Negative in the lanes whose number is not in [lower, upper].
 HWY_INLINE Int outside(Int number, Int lower, Int upper) {
   return hn::Or(hn::Sub(number, lower), hn::Sub(upper, number));
 }
@@ -93,7 +96,7 @@ HWY_INLINE Vector cross(const Vector& a, const Vector& b) {
 HWY_INLINE Float dot(const Vector& a, const Vector& b) {
   return hn::MulAdd(a.z, b.z, hn::MulAdd(a.y, b.y, hn::Mul(a.x, b.x)));
 }
-/// Corners of a cluster as structure of arrays, relative to the lower corner of its box.
+/// The corners of a cluster as structure of arrays, relative to the lower corner of its box.
 struct Corners {
   alignas(64) std::array<float, Cluster::most_points> x;
   alignas(64) std::array<float, Cluster::most_points> y;
@@ -116,7 +119,7 @@ HWY_INLINE void spread_out(const ClusterBlock& block, std::size_t c, Corners& co
   }
 }
 
-/// Numbers at places 0 to 31 of an array.
+/// The numbers at indices 0 to 31 of an array.
 HWY_INLINE Float pick(const std::array<float, Cluster::most_points>& from, Int places) {
   if constexpr (hn::MaxLanes(Floats()) == 16) {
     const auto half = hn::IndicesFromVec(floats, hn::And(places, hn::Set(ints, 15)));

@@ -16,7 +16,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace palpate::simd::HWY_NAMESPACE {
 #if HWY_TARGET == HWY_SCALAR
-// A vector has one lane: use the kernels in plain C++.
+// On a target with one lane, use the kernels in plain C++.
 void load(std::span<const FixedPoint> points, std::span<const std::int32_t> point_lists,
           ClusterBlock& block) {
   scalar::cluster_kernels().load(points, point_lists, block);
@@ -70,8 +70,7 @@ void gather(std::span<const FixedPoint> points, std::span<const std::int32_t> po
   }
 }
 
-/// Tests one point per lane against a box: whether it is in it by its coarse word and its name is not
-/// excluded.
+/// Tests one point per lane: whether its coarse word is in a box and its name is not excluded.
 class BoxTest {
  public:
   BoxTest(const ClusterBox& box, int coarse_shift) {
@@ -87,19 +86,20 @@ class BoxTest {
     };
     lower_ = Coarse::word(lower(l.x), lower(l.y), lower(l.z));
     above_ = Coarse::word(above(l.x, u.x), above(l.y, u.y), above(l.z, u.z));
-    // Where points of the own body count, a name that no point has.
+    // If points of the own body count, exclude a name that no point has.
     first_name_ = includes_own(box) ? std::numeric_limits<std::int32_t>::max() : l.name;
     names_ = includes_own(box) ? 0 : u.name - l.name;
     marks_ = box.skips_marked & std::numeric_limits<std::int32_t>::min();
   }
 
-  /// Whether only points in the box pass, of those in the cells under it. Coarse numbers repeat, so in a
-  /// larger box a point up to a cell outside could pass.
+  /// Whether the filter by coarse words passes only points in the box, among the points of the cells under
+  /// it. Coarse numbers repeat, so with a larger box a point up to a cell outside could pass.
   [[nodiscard]] bool is_exact() const { return largest_ < Coarse::mask + 1 - 2 * (1 << Coarse::cell_bits); }
 
   [[nodiscard]] HWY_INLINE hn::Mask<Ints> operator()(const std::int32_t* words, Int name) const {
     constexpr std::int32_t all = Coarse::word(Coarse::mask, Coarse::mask, Coarse::mask);
-    // Distance above the lower end, and whether it exceeds the upper end. No carry reaches the next axis.
+    // Computes the distance above the lower end, and whether it exceeds the upper end. No carry reaches the
+    // next axis.
     const Int from_lower =
         hn::And(hn::Add(hn::LoadU(ints, words), hn::Set(ints, lower_)), hn::Set(ints, all));
     const Int out = hn::AndNot(hn::Set(ints, all), hn::Add(from_lower, hn::Set(ints, above_)));
@@ -114,12 +114,12 @@ class BoxTest {
   std::int32_t lower_;
   std::int32_t above_;
   std::int32_t first_name_;
-  std::int32_t names_;  ///< after the first
+  std::int32_t names_;  ///< names of points, stored after their words
   std::int32_t marks_;
   std::int32_t largest_ = 0;
 };
 
-/// Keeps the candidates from `first` on that are in the box. Returns their new end.
+/// Keeps those candidates, from `first` on, that are in the box. Returns the new end of the list.
 std::size_t keep_in_box(const FixedPoint* points, const ClusterBox& box, std::size_t first, std::size_t end,
                         std::int32_t* candidates) {
   std::size_t left = first;
@@ -158,14 +158,14 @@ void filter(const PointRows& rows, ClusterBlock& block) {
 
 /// Half spaces n x + c >= 0 of 16 tets, one for the face opposite each corner, and their error bounds.
 struct Planes {
-  alignas(64) std::array<std::array<std::array<float, Cluster::most_primitives>, 4>, 4> face;  ///< n, then c
+  alignas(64) std::array<std::array<std::array<float, Cluster::most_primitives>, 4>,
+                         4> face;                                 ///< n in rows 0 to 2, then c
   alignas(64) std::array<float, Cluster::most_primitives> bound;  ///< infinite where the sign of the tet's
-                                                                  ///< volume is not certain
 };
 
-/// How far planes are moved outwards, and the error bound of the moved planes.
+/// By how much planes are moved outwards, and the error bound of the moved planes.
 struct Widening {
-  float reach;  ///< times the sum of a normal's components by absolute value
+  float reach;  ///< for a unit 1-norm of the normal
   float bound;
 };
 
@@ -184,7 +184,7 @@ HWY_INLINE void make_planes(const ClusterBlock& block, std::size_t c, const Corn
     const Vector dc = difference(cc, d);
     const Vector ab = difference(b, a);
     const Vector ac = difference(cc, a);
-    // Signs as in the predicates: the volume of the tet with one corner replaced.
+    // Signs are those of the predicates: of the volume of the tet with one corner replaced.
     const Vector normal[4] = {cross(dc, db), cross(da, dc), cross(db, da), cross(ab, ac)};
     const Float volume = dot(normal[0], da);
     const auto sure = hn::Gt(hn::Abs(volume), bound);
@@ -237,13 +237,13 @@ class Test {
         bound_(hn::Load(floats, planes.bound.data() + lane)),
         no_less_(hn::Neg(bound_)) {}
 
-  /// Bits of the tets that may contain a candidate, and << 16 those of the tets that surely do.
+  /// Bits of the tets that may contain a candidate; in the upper 16 bits, of the tets that certainly do.
   [[nodiscard]] HWY_INLINE std::uint32_t operator()(std::int32_t candidate) const {
     const FixedPoint& point = points_[candidate];
     const Float least = least_of({from(point.x, x_), from(point.y, y_), from(point.z, z_)});
     return may(least) | bits_of(floats, hn::Gt(least, bound_)) << 16;
   }
-  /// The same of a corner of the cluster.
+  /// The same for a corner of the cluster.
   [[nodiscard]] HWY_INLINE std::uint32_t of_corner(const Corners& corners, std::size_t i) const {
     const Float least = least_of(
         {hn::Set(floats, corners.x[i]), hn::Set(floats, corners.y[i]), hn::Set(floats, corners.z[i])});
@@ -272,12 +272,12 @@ class Test {
   Float no_less_;
 };
 
-/// Candidates of a cluster: the cluster's own points, and all others.
+/// The candidates of a cluster in two groups: its own points, and all others.
 struct Sorted {
   std::size_t others = 0;
   std::array<std::int32_t, ClusterBlock::most_points + 1> other;
   std::array<std::int32_t, Cluster::most_points + 1>
-      own;  ///< by place in the cluster's list; -1: no candidate
+      own;  ///< by index in the cluster's list; -1: not a candidate
 };
 
 HWY_INLINE void sort_candidates(const FixedPoint* points, const Corners& corners, std::size_t corner_count,
@@ -291,7 +291,8 @@ HWY_INLINE void sort_candidates(const FixedPoint* points, const Corners& corners
     for (std::size_t i = 0; i < Cluster::most_points; i += lanes())
       bits |= bits_of(ints, hn::Eq(hn::Load(ints, corners.name.data() + i), name)) << i;
     bits &= used;
-    // A point is in the list at most once. If it is not there, it goes to the last place, which is unused.
+    // A point is in the list at most once. If it is not in the list, it is written to the last place, which
+    // is unused.
     const std::uint64_t place = bits | std::uint64_t{1} << Cluster::most_points;
     sorted.own[static_cast<std::size_t>(std::countr_zero(place))] = candidate;
     sorted.other[others] = candidate;
@@ -328,7 +329,7 @@ HWY_INLINE void test_block(const FixedPoint* points, std::int32_t margin, Cluste
     };
     const std::uint32_t used = ((std::uint32_t{1} << cluster.size) - 1) * 0x10001U;
     std::array<std::uint32_t, Cluster::most_points> of_corner{};
-    // The last vector of lanes writes the bits of all.
+    // The last vector of lanes writes the bits of all vectors.
     constexpr std::size_t last = Cluster::most_primitives - lanes();
     for (std::size_t lane = 0; lane < last; lane += lanes()) {
       const Test test_lanes(points, block.box[c].lower, planes, lane);
@@ -368,7 +369,7 @@ bool upright(const ClusterBlock& block) {
     spread_out(block, c, corners);
     const Cluster& cluster = *block.cluster[c];
     const Float bound = hn::Set(floats, volume_bound(extent_of(block.box[c])));
-    // Lanes beyond the size hold the first tet.
+    // Lanes beyond the size hold a copy of the first tet.
     for (std::size_t lane = 0; lane < Cluster::most_primitives; lane += lanes()) {
       const Vector d = corner_of(corners, cluster, 3, lane);
       const Vector da = difference(corner_of(corners, cluster, 0, lane), d);

@@ -12,12 +12,12 @@
 /// The vectorised phases of the clustered query (docs/query.md).
 namespace palpate::simd {
 
-/// The box of a cluster. Points in it count unless their name is in [lower.name, upper.name]. With
-/// `skips_marked` those with a marked name do not count either.
+/// The box of a cluster. Points in the box count, except those with a name in [lower.name, upper.name]. With
+/// `skips_marked`, points with a marked name do not count either.
 struct ClusterBox {
   FixedPoint lower;
   FixedPoint upper;
-  std::int32_t skips_marked;  ///< 0: no, -1: yes
+  std::int32_t skips_marked;  ///< 0: no; -1: yes
 };
 
 /// Whether points of the cluster's own body count. They include the corners of its tets.
@@ -31,7 +31,7 @@ inline float extent_of(const ClusterBox& box) {
       std::max({box.upper.x - box.lower.x, box.upper.y - box.lower.y, box.upper.z - box.lower.z}));
 }
 
-/// Grows a box on all sides; numbers stay >= 0.
+/// Grows a box on all sides; coordinates stay >= 0.
 inline void widen(ClusterBox& box, std::int32_t margin) {
   FixedPoint& l = box.lower;
   l = {std::max(0, l.x - margin), std::max(0, l.y - margin), std::max(0, l.z - margin), l.name};
@@ -59,17 +59,17 @@ struct ClusterBlock {
   static constexpr std::size_t most_clusters = 32;
   static constexpr std::size_t most_rows = 1024;
   static constexpr std::size_t most_points = 4096;
-  static constexpr std::size_t padding = 16;  ///< kernels may write that many entries beyond the reported end
+  static constexpr std::size_t padding = 16;  ///< kernels may write this many entries beyond the reported end
 
-  /// A point and the cluster's tets as bits: those that may contain it, and << 16 those that certainly do.
-  /// Tets with the point as a corner are left out.
+  /// A point and the cluster's tets, as bits: the tets that may contain the point, and in the upper 16 bits
+  /// those that certainly do. Tets with the point as a corner are left out.
   struct Hit {
-    std::int32_t entry;     ///< index of the tested point, or of the edge in L
-    std::uint32_t cluster;  ///< in the block
+    std::int32_t entry;     ///< index of the tested point; for edges, index in L
+    std::uint32_t cluster;  ///< index of the cluster in the block
     std::uint32_t primitives;
   };
 
-  /// Pairs of a candidate and a primitive of its cluster, once filtered.
+  /// Number of pairs of a candidate and a primitive of its cluster after the filter.
   [[nodiscard]] std::size_t pairs() const {
     std::size_t sum = 0;
     for (std::size_t c = 0; c < clusters; ++c)
@@ -79,11 +79,12 @@ struct ClusterBlock {
 
   std::size_t clusters = 0;
   std::array<const Cluster*, most_clusters> cluster;
-  const std::uint16_t* at_point = nullptr;  ///< Clusters::at_point, read where includes_own()
+  const std::uint16_t* at_point = nullptr;  ///< Clusters::at_point; used only where includes_own()
   alignas(64) std::array<std::array<FixedPoint, Cluster::most_points>, most_clusters> corners;
   std::array<ClusterBox, most_clusters> box;
-  std::uint32_t strays = 0;  ///< bit c: rows of cluster c may hold points beyond the cells of its box
-  std::array<std::uint32_t, most_clusters + 1> first_row{};  ///< rows of cluster c: up to first_row[c + 1]
+  std::uint32_t strays = 0;  ///< bit c: rows of cluster c may hold points of cells outside its box
+  std::array<std::uint32_t, most_clusters + 1>
+      first_row{};  ///< rows of cluster c are [first_row[c], first_row[c + 1])
   std::array<PointRange, most_rows> rows;
   std::array<std::uint32_t, most_clusters + 1> first_candidate{};
   const std::int32_t* candidates;                             ///< at most most_points
@@ -92,20 +93,21 @@ struct ClusterBlock {
   std::array<Hit, most_points + 1> hit;
 };
 
-/// The kernels of the query, one for each phase.
+/// The kernels of the query; each does one phase.
 struct ClusterKernels {
   /// Fetches the corners of each cluster of the block and their box (all but the names).
   /// \param points       all points, by index
   /// \param point_lists  Clusters::points; see Cluster::first_point
   void (*load)(std::span<const FixedPoint> points, std::span<const std::int32_t> point_lists,
                ClusterBlock& block);
-  /// Lists the points of the rows that lie in the box of their cluster. The box must be rounded out.
+  /// Lists those points of the rows that lie in the box of their cluster. The box must be rounded out to
+  /// coarse coordinates.
   void (*filter)(const PointRows& points, ClusterBlock& block);
-  /// Tests each candidate against all tets of its cluster, and lists those that may be in one. Pairs that it
-  /// drops are outside by exact arithmetic; pairs marked as certain are inside.
+  /// Tests each candidate against all tets of its cluster, and lists the candidates that may be in one. Pairs
+  /// that are dropped are outside by exact arithmetic; pairs marked as certain are inside.
   void (*test)(const FixedPoint* points, ClusterBlock& block);
-  /// As test, for motions: lists the tets that may contain a candidate after all points have moved by up to
-  /// `margin` in each coordinate. The boxes must hold all positions that points can reach.
+  /// As `test`, but allows for motion: lists the tets that may contain a candidate after all points have
+  /// moved by up to `margin` in each coordinate. The boxes must contain all positions that points can reach.
   void (*near)(const FixedPoint* points, std::int32_t margin, ClusterBlock& block);
   /// Fetches the corners of each cluster of the block, without their box.
   void (*gather)(std::span<const FixedPoint> points, std::span<const std::int32_t> point_lists,
@@ -114,7 +116,7 @@ struct ClusterKernels {
   bool (*upright)(const ClusterBlock& block);
 };
 
-/// Kernels of the best SIMD target of this processor.
+/// The kernels for the best SIMD target of this processor.
 ClusterKernels cluster_kernels();
 namespace scalar {
 /// The same kernels in plain C++.
@@ -126,7 +128,7 @@ ClusterKernels cluster_kernels();
 /// \param extent  longest side of the cluster's box
 inline float volume_bound(float extent) {
   constexpr float u = 0x1p-24F;
-  constexpr float slack = 1.001F;  // for the rounding of the bound itself
+  constexpr float slack = 1.001F;  // allows for the rounding of the bound itself
   const float coordinate = 0.51F + u * extent;
   const float edge = 2.0F * coordinate + 1.01F * u * extent;
   const float normal = 4.0F * extent * edge + 2.0F * edge * edge + 4.1F * u * extent * extent;
@@ -134,8 +136,8 @@ inline float volume_bound(float extent) {
          (3.1F * normal * (extent + 1.1F) + (12.1F * coordinate + 54.0F * u * extent) * extent * extent);
 }
 
-/// How far `near` moves the planes of a tet outwards, per unit of the 1-norm of the normal, when points move
-/// by up to `margin`: the motion of two points, and the rounding of their coordinates.
+/// By how much `near` moves the planes of a tet outwards, for a unit 1-norm of the normal, if points move by
+/// up to `margin`. It covers the motion of two points and the rounding of their coordinates.
 inline float reach_of(std::int32_t margin) {
   return 2.0F * static_cast<float>(margin + 2);
 }

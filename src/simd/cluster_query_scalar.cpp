@@ -76,7 +76,7 @@ struct Planes {
   float bound;
 };
 
-/// \param reach  how far planes are moved outwards, per unit of the 1-norm of the normal
+/// \param reach  by how much planes are moved outwards, for a unit 1-norm of the normal
 Planes planes_of(const std::array<Vector, 4>& corner, float reach, float bound) {
   const auto& [a, b, c, d] = corner;
   const Vector da = difference(a, d);
@@ -125,7 +125,7 @@ void test_tet(const FixedPoint* points, const ClusterBlock& block, std::size_t c
   }
 }
 
-/// The place of a point in the list of a cluster, or the number of its points.
+/// The index of a point in the list of a cluster; if it is not there, the number of points in the list.
 std::size_t place_of(const ClusterBlock& block, std::size_t c, const FixedPoint& point) {
   std::size_t i = 0;
   while (i < block.cluster[c]->points && block.corners[c][i].name != point.name) ++i;

@@ -1,6 +1,6 @@
-// The loops of contact_laws.hpp, compiled once for each target. Lanes are explicit and without branches, so
-// that every compiler vectorises the loops and keeps the order of sums. No include guard: included once per
-// target.
+// The loops of contact_laws.hpp, compiled once for each target. Lanes are written out and have no branches,
+// so every compiler vectorises the loops and keeps the order of sums. No include guard, because it is
+// included once per target.
 #include <array>
 #include <cmath>
 
@@ -43,10 +43,10 @@ struct LawGroup {
 
   const double* values;
   Lanes normal;
-  Lanes x;  ///< tangential force of spring and damper
+  Lanes x;  ///< tangential force of spring and damper: x component
   Lanes y;
   Lanes z;
-  Lanes size;  ///< norm of (x, y, z)
+  Lanes size;  ///< length of (x, y, z)
   Lanes bound;
 };
 
@@ -81,8 +81,8 @@ inline void contact_derivatives(const ContactLawRows& laws, const Vec3* u, doubl
     const double* nz = g.row(LawRow::direction_z);
     Lanes across;
     Lanes along;
-    Lanes outer;   // of p p^T
-    Lanes couple;  // of p n^T
+    Lanes outer;   // components of p p^T
+    Lanes couple;  // components of p n^T
     for (std::size_t k = 0; k < law_lanes; ++k) {
       const bool pushes = g.normal[k] > 0.0;
       const bool slides = g.size[k] > g.bound[k];

@@ -33,14 +33,14 @@ struct Rows {
       : x(rates.values + rates.stride * 3 * contact), y(x + rates.stride), z(y + rates.stride) {}
 };
 
-/// Three numbers in all lanes.
+/// Three numbers, each in all lanes of a vector.
 struct Three {
   V x, y, z;
   HWY_INLINE Three(double a, double b, double c)
       : x(hn::Set(D(), a)), y(hn::Set(D(), b)), z(hn::Set(D(), c)) {}
 };
 
-/// a x + b y + c z of lanes from l on. No fused multiply-adds, since not every target has them.
+/// a x + b y + c z of the lanes from l on. No fused multiply-adds, since not every target has them.
 HWY_INLINE V combination(const Rows& j, std::size_t l, const Three& a) {
   return hn::Add(hn::Add(hn::Mul(a.x, load(j.x + l)), hn::Mul(a.y, load(j.y + l))),
                  hn::Mul(a.z, load(j.z + l)));
@@ -73,7 +73,7 @@ void combine_rates(const ContactRates& rates, const double* c, Vec3* u, std::siz
   }
 }
 
-/// Computes `count` vectors of sums from `first` on, over all contacts, in registers.
+/// Computes `count` vectors of sums from index `first` on, over all contacts, in registers.
 template <std::size_t count>
 HWY_INLINE void project_part(const ContactRates& rates, const Vec3* f, double* sum, std::size_t begin,
                              std::size_t end, std::size_t first) {

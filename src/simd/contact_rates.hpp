@@ -4,15 +4,15 @@
 
 #include <palpate/types.hpp>
 
-/// Kernels on contact velocities for a solver in the span of a few directions. Sums have a fixed order and
-/// fixed lanes: the same bits on every target.
+/// Kernels for contact velocities in the span of a few directions. Sums have a fixed order and fixed lanes,
+/// so the bits are the same on every target.
 namespace palpate::simd {
 
 /// Directions per group. Rows are padded to whole groups with finite numbers.
 inline constexpr std::size_t direction_lanes = 8;
 
-/// J of contacts: three rows of `stride` numbers each, of which the first n (padded) are used. In float, as
-/// the directions are; sums are in double.
+/// J of contacts: for each contact three rows of `stride` numbers, of which the first n (padded) are used. In
+/// float, as the directions are; sums are in double.
 struct ContactRates {
   const float* values;
   std::size_t stride;
@@ -24,10 +24,10 @@ void combine_rates(const ContactRates& rates, const double* c, Vec3* u, std::siz
 void project_forces(const ContactRates& rates, const Vec3* f, double* sum, std::size_t begin,
                     std::size_t end);
 /// sum += J_k^T H_k J_k (n rows of `stride`). Skips zero H_k.
-/// \param h  nine numbers a contact, row by row
+/// \param h  nine numbers for each contact, row by row
 void add_stiffness(const ContactRates& rates, const double* h, double* sum, std::size_t begin,
                    std::size_t end);
-/// Row and column i of that matrix: row_l += (J^T H J)_il, column_l += (J^T H J)_li (n, padded).
+/// Row and column i of that matrix are added: row_l += (J^T H J)_il, column_l += (J^T H J)_li (n, padded).
 void add_stiffness_row(const ContactRates& rates, const double* h, std::size_t i, double* row, double* column,
                        std::size_t begin, std::size_t end);
 

@@ -18,8 +18,8 @@ struct Filtered {
   Double error;
 };
 
-/// orient3d() from sides u and v of a triangle and w, from the same corner to a point, in the same order of
-/// operations.
+/// orient3d() from two sides u and v of a triangle and the vector w from the same corner to a point, with the
+/// same order of operations.
 HWY_INLINE Filtered orientation(const Vector& u, const Vector& v, const Vector& w) {
   const Double vxwy = hn::Mul(v.x, w.y);
   const Double vywx = hn::Mul(v.y, w.x);

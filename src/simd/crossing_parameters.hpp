@@ -24,10 +24,10 @@ struct SegmentsInTriangles {
   VectorRows a;
   VectorRows b;
   std::array<VectorRows, 3> corner;
-  LaneRow parameter;  ///< output of find_parameters(); -1 where double precision is not certain
+  LaneRow parameter;  ///< output of find_parameters(); -1 where double precision cannot decide
 };
 
-/// crossing_parameter() of the first `size` lanes, with the same bits, except where it needs exact
+/// Computes crossing_parameter() of the first `size` lanes, with the same bits, except where it needs exact
 /// arithmetic. Lanes beyond may change.
 void find_parameters(SegmentsInTriangles& segments, std::size_t size);
 

@@ -15,7 +15,7 @@ HWY_BEFORE_NAMESPACE();
 namespace palpate::simd::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Negative where the interval of a and b, in either order, does not meet [lower, upper].
+/// Negative in the lanes where the interval between a and b (in either order) does not meet [lower, upper].
 HWY_INLINE Int apart(const std::int32_t* a, const std::int32_t* b, std::uint32_t e, Int lower, Int upper) {
   const Int x = hn::LoadU(ints, a + e);
   const Int y = hn::LoadU(ints, b + e);
@@ -52,7 +52,7 @@ void filter_edges(const EdgeRows& edges, ClusterBlock& block) {
   block.first_candidate[block.clusters] = static_cast<std::uint32_t>(count);
 }
 
-/// A number for each of 16 triangles.
+/// One number for each of 16 triangles.
 using Lanes16 = std::array<float, Cluster::most_primitives>;
 
 struct Stored {
@@ -96,7 +96,7 @@ HWY_INLINE void make_triangles(const ClusterBlock& block, std::size_t c, Triangl
   }
 }
 
-/// An edge in all lanes.
+/// An edge, copied to all lanes.
 struct Edge {
   Vector a;
   Vector b;
@@ -131,7 +131,7 @@ HWY_INLINE Float volume(const Vector& normal, Float offset, const Vector& p) {
   return hn::MulAdd(normal.x, p.x, hn::MulAdd(normal.y, p.y, hn::MulAdd(normal.z, p.z, offset)));
 }
 
-/// Bits of the triangles that the edge may meet, and << 16 of those that it certainly meets.
+/// Bits of the triangles that the edge may meet; in the upper 16 bits, of those that it certainly meets.
 HWY_INLINE std::uint32_t meets(const Triangles& triangles, std::size_t lane, const Edge& edge,
                                const CrossingBounds& bounds) {
   const Vector normal = triangles.normal.load(lane);
@@ -198,14 +198,14 @@ void test_edges(const EdgeRows& edges, std::int32_t longest, ClusterBlock& block
 
 CrossingBounds crossing_bounds(float extent, float longest) {
   constexpr float u = 0x1p-24F;
-  constexpr float slack = 1.001F;  // for the rounding of the bounds themselves
+  constexpr float slack = 1.001F;  // allows for the rounding of the bounds themselves
   const float reach = extent + longest;
   const float square = reach * reach;
   const float coordinate = 0.51F + u * reach;
   const float edge = 2.0F * coordinate + 1.01F * u * reach;
   const float normal = 4.0F * reach * edge + 2.0F * edge * edge + 4.1F * u * square;
   const float moment = 2.0F * reach * (edge + coordinate) + 2.0F * edge * coordinate + 4.1F * u * square;
-  const float moments = 2.0F * moment;  // error of the edge's moment, and of the side's, which is no larger
+  const float moments = 2.0F * moment;  // error of the edge's moment; that of the side's is not larger
   return {slack * (3.1F * normal * (2.0F * reach + 1.1F) + (12.1F * coordinate + 54.0F * u * reach) * square),
           slack * (3.1F * moments * (reach + edge) + (12.1F * edge + 54.0F * u * reach) * square)};
 }

@@ -14,17 +14,17 @@ inline constexpr std::size_t element_group = 16;
 /// Input and output of an element pass. Arrays have n_elements entries, rounded up to whole groups, unless
 /// noted.
 struct ElementPass {
-  const Padded3* displacements;  ///< (n_points), m, from rest
-  const std::int32_t* corners;   ///< 4 an element
+  const Padded3* displacements;  ///< (n_points) displacements from rest, m
+  const std::int32_t* corners;   ///< 4 for each element
   std::array<const double*, 9> inverse_rest;
   const double* stiffness;        ///< mu V
   const double* ratios;           ///< lambda / mu
-  const double* factors;          ///< scale of the stiffness
+  const double* factors;          ///< scale of the stiffness of each element
   std::array<double*, 9> turned;  ///< a_i = sqrt(factor mu V) R g_i of corners 1 to 3
-  Quad* gradients;                ///< 4 an element: a_i of all corners, and the ratio
-  double* forces;                 ///< from element `begin` on, 4 x 4 an element: force on corner i, and 0
+  Quad* gradients;                ///< 4 for each element: a_i of all corners, with the ratio as fourth value
+  double* forces;                 ///< 4 x 4 for each element, from `begin` on: the force on corner i, and 0
   double* energies;               ///< J
-  std::uint8_t* inverted;         ///< 1: volume is not positive
+  std::uint8_t* inverted;         ///< 1: the volume is not positive
   std::uint8_t* left;             ///< 1: left to the caller
 };
 
@@ -47,7 +47,7 @@ struct StiffnessPass {
   const std::int32_t* corners;
   std::array<const double*, 9> turned;  ///< as written by the element pass
   const double* ratios;
-  double* products;  ///< from element `begin` on, 4 x 4 an element: product at corner i, and 0
+  double* products;  ///< 4 x 4 for each element, from `begin` on: the product at corner i, and 0
 };
 
 /// K'_e x of each element, in double: (r tr(G) I + G + G^T) a_i at corner i, with G = sum_j x_j a_j^T.

@@ -7,7 +7,7 @@
 
 namespace palpate::simd {
 
-/// Points in tets, one per lane, and the search distance of each.
+/// Points in tets, and the search distance of each; one point per lane.
 struct ReachingPoints {
   static constexpr std::size_t most = VectorRows::most;
   VectorRows point;
@@ -17,8 +17,8 @@ struct ReachingPoints {
 };
 
 /// Sets `meets` where the plane of a face of the tet is nearer than the reach, a face has no area, or a value
-/// is NaN. Elsewhere ExitSearch::walk() ends at this tet and finds nothing. Same bits as there. Computes the
-/// first `size` lanes; those beyond may change.
+/// is NaN. Elsewhere ExitSearch::walk() ends at this tet and finds nothing. The decision has the same bits as
+/// there. Computes the first `size` lanes; those beyond may change.
 void find_faces_within_reach(ReachingPoints& points, std::size_t size);
 
 }  // namespace palpate::simd

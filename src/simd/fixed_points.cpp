@@ -47,7 +47,7 @@ Bounds place_points(std::span<const Vec3> positions, const Vec3& lower, double s
     const auto coordinates = hn::FirstN(ints, 3);
     auto least = hn::Set(d, infinity);
     auto most = hn::Set(d, -infinity);
-    auto zero = hn::Zero(d);  // becomes NaN if a coordinate is not finite
+    auto zero = hn::Zero(d);  // is NaN if a coordinate is not finite
     // The fourth lane reads the next point's x, so the last point is done separately.
     for (; i + 1 < positions.size(); ++i) {
       const auto x = hn::LoadU(d, &positions[i].x);
@@ -104,7 +104,7 @@ std::int32_t largest_motion(std::span<const FixedPoint> points, std::span<const 
   const hn::CappedTag<std::int32_t, 16> d;
   const std::size_t at_a_time = hn::Lanes(d) / 4;
   auto most = hn::Zero(d);
-  // Names are equal, so their lanes are zero.
+  // Names are equal, so the differences in their lanes are zero.
   for (; at_a_time > 0 && i + at_a_time <= points.size(); i += at_a_time) {
     const auto motion = hn::Sub(hn::LoadU(d, &points[i].x), hn::LoadU(d, &references[i].x));
     most = hn::Max(most, hn::Abs(motion));

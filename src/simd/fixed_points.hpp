@@ -22,13 +22,13 @@ constexpr std::int32_t index_of_name(std::int32_t name) {
   return static_cast<std::int32_t>(static_cast<std::uint32_t>(name) & ~marked);
 }
 
-/// Coarse coordinates: the lowest bits of the coordinate in 64ths of a cell. The three of a point make a
-/// coarse word, each with a guard bit above (docs/query.md, "Coarse words").
+/// Coarse coordinates: the lowest bits of a coordinate in 64ths of a cell. Three of them make a coarse word,
+/// each with a guard bit above it (docs/query.md, "Coarse words").
 struct Coarse {
   static constexpr int cell_bits = 6;   ///< the unit is 2^-6 of a cell
   static constexpr int field_bits = 9;  ///< bits per axis: coordinates repeat after 8 cells
   static constexpr std::int32_t mask = (1 << field_bits) - 1;
-  /// Bits from one axis to the next in a word.
+  /// Distance in a word from the bits of one axis to those of the next.
   static constexpr int step = field_bits + 1;
   /// One number for each axis, below 2^step.
   static constexpr std::int32_t word(std::int32_t x, std::int32_t y, std::int32_t z) {
@@ -39,7 +39,7 @@ struct Coarse {
 /// Points in the order of their cells, with row_padding places beyond their end.
 struct PointRows {
   const FixedPoint* points;   ///< by index, not in the order of cells
-  const std::int32_t* words;  ///< coarse coordinates of each, in order
+  const std::int32_t* words;  ///< fixed-point number >> this is the coarse coordinate
   const std::int32_t* names;  ///< names of the points, in order
   int coarse_shift;           ///< fixed-point numbers >> this are coarse
 };
@@ -63,8 +63,8 @@ void coarse_words(std::span<const FixedPoint> points, int coarse_shift, std::int
 /// The largest distance along an axis between points and references with the same names.
 std::int32_t largest_motion(std::span<const FixedPoint> points, std::span<const FixedPoint> references);
 
-/// Rule from fixed-point coordinates to a key: cell = min(number >> fraction_bits, size - 1) on each axis,
-/// key = i + j size_x + k size_x size_y, below 2^31.
+/// How a key is made from fixed-point coordinates: cell = min(number >> fraction_bits, size - 1) on each
+/// axis, key = i + j size_x + k size_x size_y, below 2^31.
 struct KeyRule {
   int fraction_bits;
   std::array<std::int32_t, 3> size;

@@ -37,7 +37,7 @@ HWY_INLINE void set_couplings(const CouplingRows& couplings, std::size_t slice, 
   }
 }
 
-/// r - A z of a slice, with A as differences (SlicedRows).
+/// r - A z of a slice, where A acts on differences (SlicedRows).
 HWY_INLINE void residual_of_slice(const SmootherRows& all, const float* r, const Quad* z, std::size_t slice,
                                   float* y) {
   const Floats d;

@@ -12,12 +12,12 @@ namespace palpate::simd {
 struct SmootherRows {
   SlicedRows rows;
   CouplingRows couplings;
-  const float* inverses;   ///< of blocks on the diagonal, slice_symmetric a slice
-  const float* rotations;  ///< of rows, slot_values a slice
+  const float* inverses;   ///< of diagonal blocks; slice_symmetric numbers for each slice
+  const float* rotations;  ///< of rows; slot_values numbers for each slice
 };
 
-/// z += D^-1 (r - A z) in all rows of these slices at once. This is block Gauss-Seidel where no two of these
-/// rows are coupled.
+/// z += D^-1 (r - A z) in all rows of these slices at once. It is block Gauss-Seidel if no two of these rows
+/// are coupled.
 void relax_slices(const SmootherRows& rows, const float* r, Quad* z, const std::uint32_t* slices,
                   std::size_t count);
 /// t = R^T (r - A z) in slices [begin, end).
@@ -31,15 +31,16 @@ double store_slices(const Quad* z, const float* r, float* values, std::size_t be
 void listed_products(const CouplingTerm* couplings, const Quad* x, Quad* products, const std::uint32_t* list,
                      std::size_t count);
 
-/// Rows, and the edges that the rotation of each is fitted to.
+/// Rows, and the edges to which the rotation of each row is fitted.
 struct RotationRows {
   const std::uint32_t* slot_begin;  ///< (n_slices + 1)
-  const std::uint32_t* columns;     ///< 16 a slot
-  const float* edges;               ///< slice_values a slot: e_ij, so that F = sum (x_j - x_i) e_ij^T
+  const std::uint32_t* columns;     ///< 16 for each slot
+  const float* edges;               ///< slice_values for each slot: e_ij, so that F = sum (x_j - x_i) e_ij^T
 };
-/// Rotations nearest to the F of the rows of slices [begin, end) at these positions (n_rows), by eight Higham
-/// iterations. Strains above about a tenth leave an error. The identity where det F is not in (0.1, 10).
-/// \param rotations  slot_values a slice
+/// Finds for each row of slices [begin, end) the rotation nearest to its F, by eight Higham iterations. For
+/// strains above about 0.1 the result is not exact. Where det F is not in (0.1, 10), it is the identity.
+/// \param positions  (n_rows)
+/// \param rotations  slot_values values for each slice
 void find_rotations(const RotationRows& rows, const Quad* positions, float* rotations, std::size_t begin,
                     std::size_t end);
 

@@ -35,14 +35,14 @@ struct ResponseV {
   Matrix3V stress;
   V volume_change;
 };
-/// Columns of U and V, and the tangent in these axes.
+/// Columns of U and V, and the tangent in these principal axes.
 struct TangentV {
   std::array<Vec3V, 3> left, right;
   std::array<V, 6> stretch;  ///< xx, yy, zz, xy, xz, yz
   std::array<V, 3> same, other;
 };
 
-/// Sweeps of Jacobi rotations: they converge quadratically, so four reach rounding error.
+/// Sweeps of Jacobi rotations. They converge quadratically, so four reach rounding error.
 constexpr int tangent_sweeps = 4;
 
 /// ln(1 + x), x > -1, as geometry/exponential.cpp does it.
@@ -92,7 +92,7 @@ HWY_INLINE FibreV fibre_state(const LawV& law, const Matrix3V& h) {
   const V one = set(1.0);
   const Vec3V change = product(h, law.fibre);
   const V e = hn::MulAdd(set(2.0), dot(law.fibre, change), dot(change, change));
-  // Passive part: a polynomial where exponent E^2 > 16.
+  // Passive part. Where exponent E^2 > 16 it is a polynomial.
   const V stretched = hn::Max(e, zero);
   const V border = hn::Sqrt(hn::Div(set(16.0), hn::Max(law.fibre_exponent, set(1e-300))));
   const V at = hn::Min(stretched, border);
@@ -166,7 +166,7 @@ HWY_INLINE ResponseV respond(const LawV& law, const Matrix3V& h, const Matrix3V&
   return {energy, stress, j};
 }
 
-/// Sets the negative eigenvalues of the matrix to zero; lanes without any keep their bits.
+/// Sets the negative eigenvalues of the matrix to zero. Lanes without negative eigenvalues keep their bits.
 HWY_INLINE std::array<V, 6> positive_part(const std::array<V, 6>& a) {
   const D d;
   const V zero = hn::Zero(d);
@@ -241,7 +241,7 @@ HWY_INLINE TangentV tangent(const LawV& law, const Matrix3V& rotation, const Mat
   return t;
 }
 
-/// Block U M U^T of two corners, whose V^T g are a and b.
+/// Block U M U^T between two corners; a and b are V^T g of these.
 HWY_INLINE std::array<V, 9> rotated_block(const TangentV& t, const Vec3V& a, const Vec3V& b) {
   const Vec3V p{hn::Mul(a.x, b.x), hn::Mul(a.y, b.y), hn::Mul(a.z, b.z)};
   const auto mixed = [](V s, V o, V ap, V bq, V aq, V bp) {

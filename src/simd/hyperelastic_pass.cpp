@@ -45,7 +45,7 @@ HWY_INLINE LawV load_law(const HyperelasticPass& pass, std::size_t e) {
           column(law_tension)};
 }
 
-/// Forces and energy; returns J - 1.
+/// Computes forces and energy; returns J - 1.
 HWY_INLINE V store_response(const HyperelasticPass& pass, std::size_t e, const HyperelasticLot& lot,
                             const LawV& law, const FibreV& fibre, double* forces) {
   const D d;
@@ -73,7 +73,7 @@ HWY_INLINE void store_stiffness(const HyperelasticPass& pass, std::size_t e, con
   for (std::size_t k = 0; k < 3; ++k)
     turned[k] = {dot(t.right[0], g[k]), dot(t.right[1], g[k]), dot(t.right[2], g[k])};
   std::array<V, block_stride> values;
-  values.fill(hn::Zero(d));  // the first 27 are sums
+  values.fill(hn::Zero(d));  // the first 27 values are used for sums, so they start at zero
   const auto add_to_first = [&](std::size_t corner, const std::array<V, 9>& block, bool back) {
     for (std::size_t k = 0; k < 9; ++k) {
       V& sum = values[9 * corner + k];

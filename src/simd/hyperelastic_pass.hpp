@@ -27,22 +27,22 @@ enum LawColumn : std::uint8_t {
   law_columns
 };
 
-/// Input and output of a hyperelastic pass. Arrays are by element, in whole groups; laws and blocks begin at
-/// element `first_law`.
+/// Input and output of a hyperelastic pass. Arrays have one item for each element, in whole groups; laws and
+/// blocks begin at element `first_law`.
 struct HyperelasticPass {
-  const Padded3* displacements;  ///< (n_points), m, from rest
-  const std::int32_t* corners;   ///< 4 an element
+  const Padded3* displacements;  ///< (n_points) displacements from rest, m
+  const std::int32_t* corners;   ///< 4 for each element
   std::array<const double*, 9> inverse_rest;
   const double* volumes;  ///< at rest, m^3
-  const double* factors;  ///< scale of the stiffness
+  const double* factors;  ///< scale of the stiffness of each element
   std::array<const double*, law_columns> laws;
   std::size_t first_law;
   bool fibres;             ///< whether any element has fibres
-  double* forces;          ///< from element `begin` on, 4 x 4 an element: force on corner i, and 0
+  double* forces;          ///< 4 x 4 for each element, from `begin` on: the force on corner i, and 0
   double* energies;        ///< J
-  std::uint8_t* inverted;  ///< 1: volume is not positive
+  std::uint8_t* inverted;  ///< 1: the volume is not positive
   std::uint8_t* left;      ///< 1: left to the caller
-  double* blocks;          ///< block_stride an element
+  double* blocks;          ///< block_stride numbers for each element
 };
 
 /// Forces, energies and positive semi-definite stiffness of hyperelastic tets (formulas:

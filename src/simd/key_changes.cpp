@@ -13,7 +13,7 @@ HWY_BEFORE_NAMESPACE();
 namespace palpate::simd::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Bit i of the result: lane i of the mask.
+/// The mask as a number: bit i is lane i.
 template <class D>
 std::uint64_t bits_of(D d, hn::Mask<D> mask) {
   static_assert(hn::MaxLanes(D()) <= 16);
@@ -22,8 +22,8 @@ std::uint64_t bits_of(D d, hn::Mask<D> mask) {
   return bytes[0] | static_cast<std::uint64_t>(bytes[1]) << 8;
 }
 
-/// Appends the places of the set bits. Writes four without a test: most words have few bits, and a branch on
-/// their number would be mispredicted.
+/// Appends the positions of the set bits. Always writes four without a test, since most words have few set
+/// bits and a branch on their number would be mispredicted.
 std::size_t append_places(std::uint64_t bits, std::uint32_t first, std::uint32_t* places) {
   const auto count = static_cast<std::size_t>(std::popcount(bits));
   for (std::size_t k = 0; k < 4 || k < count; ++k) {
@@ -39,7 +39,7 @@ std::size_t list_changes(std::span<const std::uint32_t> before, std::span<const 
   const std::size_t lanes = hn::Lanes(d);
   std::size_t count = 0;
   std::size_t i = 0;
-  // No CompressStore, which is microcode on AMD, and no branch per vector.
+  // Uses neither CompressStore, which is microcoded on AMD, nor a branch per vector.
   for (; i + 64 <= before.size(); i += 64) {
     std::uint64_t bits = 0;
     for (std::size_t j = 0; j < 64; j += lanes) {

@@ -14,7 +14,8 @@ HWY_BEFORE_NAMESPACE();
 namespace palpate::simd::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// An independent part of the merge.
+/// One of the equal parts into which a merge is split. The parts are independent, so that the processor can
+/// overlap them.
 struct Stream {
   const std::uint64_t* in;
   const std::uint64_t* in_end;
@@ -24,7 +25,7 @@ struct Stream {
   const std::uint64_t* event_end;
 };
 
-/// Copies words up to the next event and applies it. Copies `vectors` vectors per step; the words beyond the
+/// Copies words up to the next event and applies the event. A step copies `vectors` vectors; words beyond the
 /// event are overwritten later.
 template <std::ptrdiff_t vectors>
 HWY_INLINE void merge_one(Stream& s) {
@@ -57,7 +58,7 @@ HWY_INLINE void merge_one(Stream& s) {
   ++s.event;
 }
 
-/// The place of each event depends on the one before. Four interleaved streams hide that latency.
+/// The place of each event depends on the event before it. Four interleaved streams hide that latency.
 constexpr std::size_t streams = 4;
 
 template <std::ptrdiff_t vectors>
@@ -90,7 +91,7 @@ void merge_events(std::span<const std::uint64_t> words, std::span<const std::uin
     in = in_end;
     out = out_end;
   }
-  // Long steps where events are rare, short ones where they are dense.
+  // Use long steps where events are rare, short ones where they are dense.
   if (words.size() > hn::Lanes(hn::ScalableTag<std::uint64_t>()) * events.size()) {
     merge_streams<6>(all);
   } else {

@@ -17,7 +17,7 @@ using Eight = hn::CappedTag<float, 8>;
 using EightV = hn::Vec<Eight>;
 constexpr std::size_t lanes = hn::MaxLanes(Eight());
 constexpr std::size_t parts = 8 / lanes;
-/// A vector of six, one value per lane, in as many vectors as needed.
+/// A vector of six with one value per lane, in as many SIMD vectors as needed.
 using SixV = std::array<EightV, parts>;
 
 HWY_INLINE SixV load(const float* values) {
@@ -76,7 +76,7 @@ HWY_INLINE SixV difference_of(const SixV& a, const SixV& b) {
   return difference;
 }
 
-/// The product of the blocks of a row with columns in [low, high).
+/// The product of those blocks of a row whose columns are in [low, high).
 HWY_INLINE SixV columns_product(const SixMatrix& a, const Six* x, std::size_t row, std::size_t low,
                                 std::size_t high) {
   Sums sums;

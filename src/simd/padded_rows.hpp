@@ -17,18 +17,18 @@ struct alignas(32) Six {
 /// six values padded to eight, those of three to four. Column indices of a row ascend.
 struct PaddedRows {
   const std::uint32_t* begin;    ///< (n_rows + 1)
-  const std::uint32_t* columns;  ///< of each block
+  const std::uint32_t* columns;  ///< column of each block
   const float* blocks;
 };
 inline constexpr std::size_t six_by_six = 48;
 inline constexpr std::size_t six_by_three = 24;
 inline constexpr std::size_t three_by_six = 24;
 
-/// y = A x in rows [begin, end), with blocks of six by three.
+/// y = A x in rows [begin, end), with blocks of six rows and three columns.
 void gather_points(const PaddedRows& a, const Quad* x, Six* y, std::size_t begin, std::size_t end);
-/// The same, three by six.
+/// The same with blocks of three rows and six columns.
 void spread_to_points(const PaddedRows& a, const Six* x, Quad* y, std::size_t begin, std::size_t end);
-/// y = A x, or y += A x, of six by six.
+/// y = A x, or y += A x, with blocks of six by six.
 void multiply_six(const PaddedRows& a, const Six* x, Six* y, std::size_t begin, std::size_t end);
 void add_six(const PaddedRows& a, const Six* x, Six* y, std::size_t begin, std::size_t end);
 
@@ -37,13 +37,13 @@ void add_six(const PaddedRows& a, const Six* x, Six* y, std::size_t begin, std::
 struct SixMatrix {
   PaddedRows first;
   PaddedRows second;
-  const float* inverses;  ///< six_by_six a row
+  const float* inverses;  ///< six_by_six numbers for each row
 };
-/// Block Gauss-Seidel for A x = b, row by row: forward from x = 0, backward from x. Ignores columns outside
-/// [begin, end).
+/// Block Gauss-Seidel for A x = b, row by row: a forward sweep from x = 0, then a backward sweep from x.
+/// Ignores columns outside [begin, end).
 void relax_forward(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, std::size_t end);
 void relax_backward(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, std::size_t end);
-/// Forward from x.
+/// A forward sweep that starts from x.
 void relax_onward(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, std::size_t end);
 /// r = b - A x in rows [begin, end), after relax_forward() of all rows. After relax_onward() of all rows,
 /// pass the change of x as x.

@@ -31,13 +31,14 @@ HWY_INLINE V slope(const Root& r) {
   return hn::MulSub(inside, r.root, hn::Add(r.det, r.det));
 }
 
-/// One step of Halley's iteration (third order) in the lanes that have not converged. Returns its size.
+/// One step of Halley's iteration (third order) in the lanes that have not converged. Returns the size of the
+/// step.
 HWY_INLINE V improve(Root& r, M converged) {
   const D d;
   const V square = hn::Mul(r.root, r.root);
   const V twice_det = hn::Add(r.det, r.det);
   const V inside = hn::Sub(square, r.first);
-  const V derivative = hn::MulSub(inside, r.root, twice_det);  // a quarter of it
+  const V derivative = hn::MulSub(inside, r.root, twice_det);  // a quarter of the derivative
   // A quarter of the value, (l^2 - I)^2 / 4 - 2 J l - II, and of half the second derivative.
   const V value =
       hn::MulSub(hn::Mul(hn::Set(d, 0.25), inside), inside, hn::MulAdd(twice_det, r.root, r.second));
@@ -48,9 +49,9 @@ HWY_INLINE V improve(Root& r, M converged) {
   return hn::Abs(step);
 }
 
-/// Iterates from sqrt(3 I), which is an upper bound with an error of second order in the strain. Returns the
-/// lanes with a usable root: those whose determinant is positive and large enough that rotation_from() does
-/// not cancel. Converged lanes no longer change, so that their bits do not depend on other lanes.
+/// Iterates from sqrt(3 I), an upper bound whose error is of second order in the strain. Returns the lanes
+/// with a usable root: those whose determinant is positive and so large that rotation_from() does not lose
+/// digits by cancellation. Converged lanes no longer change, so that their bits do not depend on other lanes.
 HWY_INLINE M find_root(Root& root) {
   const D d;
   constexpr int cap = 8;

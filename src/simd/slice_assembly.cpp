@@ -15,7 +15,7 @@ namespace palpate::simd::HWY_NAMESPACE {
 
 #if HWY_TARGET != HWY_SCALAR && !HWY_HAVE_SCALABLE
 
-/// Sum of a_i a_j^T, and of r a_i a_j^T if r differs between elements.
+/// Sum of a_i a_j^T; also of r a_i a_j^T if r differs between elements.
 template <bool mixed>
 struct TermSums {
   std::array<FloatV, 9> x;
@@ -68,7 +68,7 @@ HWY_INLINE std::array<FloatV, 9> whole_blocks(const TermSums<mixed>& sums) {
           entry(1, 2), entry(2, 0), entry(2, 1), entry(2, 2)};
 }
 
-/// xx, yy, zz, xy, xz, yz of a block.
+/// Places of the entries xx, yy, zz, xy, xz, yz in a block.
 constexpr std::array<std::size_t, 6> upper{0, 4, 8, 1, 2, 5};
 using Sums = std::array<FloatV, 6>;
 

@@ -96,13 +96,13 @@ HWY_INLINE void store_rows_of(const QuadLanes& v, Quad* quads) {
   store(hn::InterleaveUpper(pairs, xy23, z23), 3);
 }
 
-/// A reduction of floats in double: in float the rounding of many terms would make solver steps inexact. Row
-/// i goes to partial sum i % 8, and these are added in a fixed order, for any number of lanes: the same bits
-/// on every target.
+/// Adds floats in double, since in float the rounding of many terms would make solver steps inexact. Row i is
+/// added to partial sum i % 8, and the partial sums are added in a fixed order, whatever the number of lanes:
+/// the same bits on every target.
 class Sum {
  public:
   HWY_INLINE Sum() { sums_.fill(hn::Zero(doubles)); }
-  /// Adds the next rows. Call it in row order, for whole slices.
+  /// Adds the next rows. Call in row order, for whole slices.
   HWY_INLINE void add(FloatV value) {
     const hn::Half<Floats> half;
     const auto low = hn::PromoteTo(doubles, hn::LowerHalf(half, value));

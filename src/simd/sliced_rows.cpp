@@ -50,8 +50,8 @@ HWY_INLINE void add_couplings(const CouplingRows& couplings, std::size_t slice, 
   }
 }
 
-/// Prefetch distance in slots. Of 4, 8 and 16 the best, both for values in memory and in the last-level
-/// cache.
+/// Prefetch distance in slots. It was the best of 4, 8 and 16, both for values in memory and in the
+/// last-level cache.
 constexpr std::size_t ahead = 4;
 
 /// Prefetches the slot's values of some lanes. Beyond the last slot the address is never read.

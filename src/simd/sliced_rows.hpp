@@ -23,35 +23,35 @@ inline constexpr std::size_t slot_values = 9 * slice_rows;
 /// fewer blocks.
 struct SlicedRows {
   const std::uint32_t* slot_begin;  ///< (n_slices + 1)
-  const std::uint32_t* columns;     ///< 16 a slot
-  const float* values;              ///< slot_values a slot
-  const float* masses;              ///< m, 16 a slice
+  const std::uint32_t* columns;     ///< 16 for each slot
+  const float* values;              ///< slot_values numbers for each slot
+  const float* masses;              ///< m; 16 for each slice
 };
 
-/// Input of the blocks: block (i, j) is the sum over the elements with corners i and j of
-/// r X + X^T + tr(X) I with X = a_i a_j^T.
+/// Input from which blocks are made: block (i, j) is the sum over the elements with corners i and j of r X +
+/// X^T + tr(X) I with X = a_i a_j^T.
 struct SlicedAssembly {
   const std::uint32_t* slot_begin;  ///< (n_slices + 1)
   const std::uint32_t* term_begin;  ///< (n_slots + 1): first term of each slot, 16 a term
   const std::uint32_t* terms;  ///< 16 element + 4 corner i + corner j; padding refers to an element of zeros
-  const Quad* gradients;       ///< 4 an element: a_i, and r
-  const float* masses;         ///< 16 a slice
-  bool mixed;                  ///< the elements of a row may differ in r
+  const Quad* gradients;       ///< 4 for each element: a_i, with r as fourth value
+  const float* masses;         ///< 16 for each slice
+  bool mixed;                  ///< r may differ between the elements of a row
 };
 
-/// Writes the blocks of slices [begin, end), and those on the diagonal: the masses minus all other blocks of
+/// Writes the blocks of slices [begin, end), and the diagonal blocks: the masses minus all other blocks of
 /// the row, since K gives no force for a translation. Blocks (i, j) and (j, i) whose terms have the same
 /// order get exactly transposed bits.
 void assemble_slices(const SlicedAssembly& rows, float* values, float* diagonals, std::size_t begin,
                      std::size_t end);
 
-/// A coupling's term of a product: weights times sum_k coefficients[k] x[rows[k]].
+/// The part of a product in one coupling: weights times sum_k coefficients[k] x[rows[k]].
 struct alignas(16) CouplingTerm {
   std::array<float, 12> weights;  ///< a symmetric matrix, column by column, each padded with a zero
   std::array<float, 5> coefficients;
-  std::array<std::int32_t, 5> rows;  ///< unused ones: any row, with coefficient 0
+  std::array<std::int32_t, 5> rows;  ///< unused entries: any row, with coefficient 0
 };
-/// A point's term of a coupling.
+/// The part of a coupling's product at one point.
 struct CouplingEntry {
   std::int32_t coupling;
   float coefficient;
@@ -75,17 +75,17 @@ double multiply_slices(const SlicedRows& rows, const CouplingRows& couplings, co
 /// leaves no L, the inverse of the diagonal. Rows of zeros stay zero.
 void invert_slices(const float* blocks, float* inverses, std::size_t begin, std::size_t end);
 
-/// The vectors of conjugate gradients, slice_values a slice except the direction.
+/// The vectors of conjugate gradients. Each has slice_values numbers for a slice, except the direction.
 struct GradientVectors {
   float* solution;
   float* residual;
   float* preconditioned;
   float* product;
   Quad* direction;                ///< (n_rows)
-  const float* guess;             ///< start vector, to which the solution is added
-  const float* inverse_diagonal;  ///< slice_symmetric a slice
-  const float* masses;            ///< 16 a slice: m
-  const float* inverse_masses;    ///< 16 a slice; 0 in padding rows
+  const float* guess;             ///< first guess, to which the solution is added
+  const float* inverse_diagonal;  ///< slice_symmetric numbers for each slice
+  const float* masses;            ///< m; 16 for each slice
+  const float* inverse_masses;    ///< 1 / m; 16 for each slice, 0 in padding rows
 };
 struct VectorSums {
   double residual = 0.0;        ///< sum of r r

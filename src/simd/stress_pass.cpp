@@ -88,7 +88,7 @@ void stress_pass(const StressPass& pass, std::size_t begin, GroupStress& found) 
   }
 }
 
-/// Puts the larger of two eigenvalues first.
+/// Moves the larger of two eigenvalues to the front.
 HWY_INLINE void sort_two(EigenV& m, std::size_t i, std::size_t j) {
   const M other = hn::Lt(m.diagonal[i], m.diagonal[j]);
   const auto swap = [&](V& a, V& b) {

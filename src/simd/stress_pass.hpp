@@ -13,8 +13,8 @@ namespace palpate::simd {
 
 /// Input of a stress pass. Arrays have n_elements entries, rounded up to whole groups.
 struct StressPass {
-  const Padded3* displacements;  ///< (n_points), m, from rest
-  const std::int32_t* corners;   ///< 4 an element
+  const Padded3* displacements;  ///< (n_points) displacements from rest, m
+  const std::int32_t* corners;   ///< 4 for each element
   std::array<const double*, 9> inverse_rest;
   const double* mu;      ///< Pa
   const double* lambda;  ///< Pa
@@ -36,11 +36,11 @@ struct GroupStress {
 /// caller. fem/stress.cpp is the same in plain C++, equal to rounding.
 void stress_pass(const StressPass& pass, std::size_t begin, GroupStress& found);
 
-/// Eigenvalues of symmetric tensors, largest first, and unit eigenvectors in that order, the largest
-/// component of each positive. NaN for a tensor that is not finite. All spans have the same length. Uses
-/// Jacobi rotations in lanes. Returns how many, from the first, are done: whole groups of eight, or 0 on
-/// processors with fewer than four lanes. fem/symmetric_eigen.cpp is the same in plain C++, equal to
-/// rounding.
+/// Eigenvalues of symmetric tensors, largest first, and unit eigenvectors in that order; the largest
+/// component of each eigenvector is positive. NaN for a tensor that is not finite. All spans have the same
+/// length. Uses Jacobi rotations in lanes. Returns how many tensors, from the first on, it has done: whole
+/// groups of eight, or 0 on processors with fewer than four lanes. fem/symmetric_eigen.cpp is the same in
+/// plain C++, equal to rounding.
 std::size_t symmetric_eigen(std::span<const SymmetricTensor> tensors, std::span<Vec3> values,
                             std::span<std::array<Vec3, 3>> vectors);
 

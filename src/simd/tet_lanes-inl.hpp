@@ -67,8 +67,8 @@ HWY_INLINE Matrix3V cofactors(const Matrix3V& m) {
   return {cross(m.b, m.c), cross(m.c, m.a), cross(m.a, m.b)};
 }
 
-/// Displacements of a corner: lane i of the result is element i. With eight lanes each vector holds rows k
-/// and k + 4, one in each half.
+/// Displacements of a corner; lane i of the result is element i. With eight lanes each vector is loaded as
+/// rows k and k + 4, one in each half.
 HWY_INLINE Vec3V load_rows(const Padded3* rows, const std::int32_t* corners) {
   const D d;
   const auto load = [&](std::size_t k) {
@@ -93,7 +93,7 @@ HWY_INLINE Vec3V load_rows(const Padded3* rows, const std::int32_t* corners) {
           hn::OddEvenBlocks(xz23, hn::SwapAdjacentBlocks(xz01))};
 }
 
-/// Four values of each element.
+/// Loads four values of each element.
 struct FourV {
   V x, y, z, w;
 };
@@ -119,12 +119,12 @@ HWY_INLINE void store_fours(const FourV& v, double* rows, std::size_t stride) {
   store(hn::OddEvenBlocks(zw13, hn::SwapAdjacentBlocks(xy13)), 3);
 }
 
-/// Row k of 16 doubles an element gets (x, y, z, 0) of lane k.
+/// Row k of 16 doubles for each element gets (x, y, z, 0) of lane k.
 HWY_INLINE void store_rows(const Vec3V& v, double* rows) {
   store_fours({v.x, v.y, v.z, hn::Zero(D())}, rows, 16);
 }
 
-/// Row k of 4 quads an element gets (x, y, z, w) of lane k, in float.
+/// Row k of 4 quads for each element gets (x, y, z, w) of lane k, in float.
 HWY_INLINE void store_quads(const Vec3V& v, V w, Quad* quads) {
   const hn::Rebind<float, D> d;
   const hn::Repartition<double, decltype(d)> pairs;

@@ -14,7 +14,8 @@ HWY_BEFORE_NAMESPACE();
 namespace palpate::simd::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Returns the normals at `point` and stores them in `points`. The point may differ from the stored ones.
+/// Interpolates the corner normals of triangles at `point`. Returns the unit normals and stores them, with
+/// the weights of the corners, in `points`. `point` need not be the point stored there.
 HWY_INLINE Vector interpolate(const Vector& point, TrianglePoints& points, std::size_t lane) {
   const Double zero = hn::Zero(doubles);
   const Vector corner[3] = {load(points.corner[0], lane), load(points.corner[1], lane),

@@ -17,7 +17,7 @@ constexpr std::size_t grain = std::size_t{1} << 15;
 /// Number of events above which a radix sort is faster.
 constexpr std::size_t few_events = 256;
 
-/// Words (and cells) that a full index handles in the time in which one event shifts what follows it.
+/// Words (and cells) that a full sort handles in the time in which one event moves the words after it.
 constexpr std::size_t words_for_an_event = 32;
 
 constexpr std::uint64_t unmarked(std::uint64_t event) {

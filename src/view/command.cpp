@@ -41,7 +41,7 @@ void decode(const Context& context, const std::string& path, const nlohmann::jso
   }
 }
 
-/// Settings of a simulation that can change while it runs.
+/// The settings of a simulation that can change while it runs.
 struct LiveSettings {
   SimulationSettings& settings;
 };
@@ -111,7 +111,7 @@ void describe(Visitor& v, Shown& shown) {
   constexpr double largest_exact = 9007199254740992.0;  // 2^53
   v.required("frame", shown.frame, scene_format::within(0, largest_exact));
 }
-/// Throws Error for values that no simulation accepts, so that the page gets an answer at once.
+/// Throws Error for values that no simulation accepts, so that the page gets an answer immediately.
 void decode(const Context& /*context*/, const std::string& /*path*/, const nlohmann::json& json,
             Change& change, const Limits& /*limits*/) {
   static_cast<void>(changed({}, json));
@@ -133,7 +133,7 @@ Command parse_command(std::string_view text) {
 
 nlohmann::ordered_json settings_json(const SimulationSettings& settings) {
   SimulationSettings copy =
-      settings;  // the tables are also used for reading, so they take non-const references
+      settings;  // the functions are also used for reading, so they take non-const references
   LiveSettings live{copy};
   scene_format::Writer writer("");
   describe(writer, live);

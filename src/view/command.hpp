@@ -33,13 +33,13 @@ struct Change {
 struct Pull {
   Index vertex = -1;
   Vec3 target{};
-  double strength = 1.0;  ///< over the usual stiffness
+  double strength = 1.0;  ///< relative to the usual stiffness
 };
 struct MovePull {
   Vec3 target{};
 };
 struct LetGo {};
-/// Moves a body with a prescribed motion to a time of its path, or off the path by an offset.
+/// Moves a body with a prescribed motion: to a time of its path, or by an offset from the path.
 struct DriveMotion {
   Index motion = -1;
   std::optional<double> time;
@@ -57,8 +57,8 @@ struct DisplayOptions {
   bool contacts = false;
   bool borders = false;
   bool cells = false;
-  bool inside = false;  ///< inner points too: their positions, and their values of fields
-  bool forces = false;  ///< of contacts, on each body
+  bool inside = false;  ///< also inner points: their positions and their values of fields
+  bool forces = false;  ///< contact forces on each body
   std::vector<std::string>
       fields{};  ///< names of fields, sent as a number for each vertex; for vectors the length
   friend bool operator==(const DisplayOptions&, const DisplayOptions&) = default;

@@ -11,7 +11,7 @@
 namespace palpate::view {
 namespace {
 
-/// More cells are not drawn; the page then gets their number only.
+/// If there are more cells, they are not drawn, and the page gets only their number.
 constexpr std::size_t most_cells = 1 << 16;
 
 /// Writes vectors one after the other.
@@ -57,8 +57,8 @@ void add_contacts(Message& message, const Source& source, const Surface& surface
   }
 }
 
-/// For each edge contact the same as for contacts: the middle of the inner part of the edge, direction,
-/// depth; no vertex, the edge's body, penetrated body.
+/// The same for each edge contact: the middle of the inner part of the edge, direction and depth; no vertex;
+/// the edge's body and the penetrated body.
 void add_edge_contacts(Message& message, const Source& source) {
   const EdgeContacts& contacts = source.detector().edge_contacts();
   const Bodies& bodies = source.bodies();
@@ -116,7 +116,8 @@ void add_fields(Message& message, const Source& source, const Surface& surface, 
   }
 }
 
-/// For each tet its corners, as Surface::corner_of().
+/// The four corners of each tet, as point numbers of the message (Surface::corner_of(): surface vertices
+/// first).
 void add_tets(Message& message, const Source& source, const Surface& surface) {
   const std::span<const Tet> tets = source.bodies().tets();
   const std::span<std::int32_t> corners = message.add_integers("tets", 4 * tets.size());

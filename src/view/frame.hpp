@@ -6,7 +6,7 @@
 
 namespace palpate::view {
 
-/// The message on what does not change: bodies, triangles, rest positions. Sent once to each page.
+/// The message with the data that do not change: bodies, triangles, rest positions. Sent once to each page.
 std::string stage_message(const Source& source, const Surface& surface);
 
 /// The state of a source: surface positions (float32, relative to the origin), and the data that `look` asks

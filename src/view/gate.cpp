@@ -28,7 +28,8 @@ bool Gate::is_our_host(std::string_view host) const {
 }
 
 Verdict Gate::check(const Knock& knock) const {
-  if (!is_our_host(knock.host)) return {403, "this host is not served here"};
+  if (!is_our_host(knock.host))
+    return {403, "this host name is not allowed (add it with palpate view --name)"};
   const std::string origin = std::string("http://").append(knock.host);
   if (knock.origin ? !equal_ignoring_case(*knock.origin, origin) : knock.is_socket) {
     return {403, "requests from this origin are refused"};
@@ -42,7 +43,7 @@ Verdict Gate::check(const Knock& knock) const {
     return {401, "the address needs the token that the command printed"};
   }
   // Files are named relative to the folder of the token, so the path needs a slash after the token.
-  if (path.size() == token.size()) return {404, "the address ends in a slash"};
+  if (path.size() == token.size()) return {404, "the address must end in a slash"};
   return {200, {}, path.substr(token.size() + 1)};
 }
 

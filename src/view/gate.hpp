@@ -12,7 +12,7 @@ namespace palpate::view {
 struct Knock {
   std::string_view method;
   std::string_view target;  ///< path and query
-  std::string_view host;    ///< of the Host header; empty: none, or several
+  std::string_view host;    ///< value of the Host header; empty if there is none, or more than one
   std::optional<std::string_view> origin;
   bool is_socket = false;  ///< asks for a WebSocket
 };
@@ -20,8 +20,8 @@ struct Knock {
 /// The decision on a request: accepted, or refused with a reason.
 struct Verdict {
   int status = 200;         ///< of HTTP
-  std::string_view why{};   ///< for people, where status is not 200
-  std::string_view path{};  ///< behind the token: "", "app.js", "socket"
+  std::string_view why{};   ///< reason for people, if status is not 200
+  std::string_view path{};  ///< part of the path after the token: "", "app.js", "socket"
 };
 
 /// Decides which requests are accepted. A page of a foreign site can make the user's browser send requests to
@@ -49,7 +49,8 @@ class Gate {
 std::string random_token();
 /// Whether a text can be a token: 16 to 128 letters, digits, '-' and '_'.
 bool is_token(std::string_view text);
-/// Takes the same time wherever the texts differ, so that a token cannot be guessed letter by letter.
+/// Compares two texts in a time that does not depend on where they differ, so that a token cannot be guessed
+/// letter by letter.
 bool equal_in_constant_time(std::string_view a, std::string_view b);
 
 }  // namespace palpate::view

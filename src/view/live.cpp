@@ -211,7 +211,7 @@ Index LiveSource::spring(const Held& held) {
   return simulation_.grab({point, held.target, stiffness});
 }
 
-/// Limits the force of pulls, so that a hand far away does not destroy the tissue.
+/// Limits the force of pulls, so that a hand that is far away does not destroy the tissue.
 void LiveSource::lead_pulls() {
   for (auto& [client, held] : pulls_) {
     simulation_.release(held.grab);
@@ -253,7 +253,8 @@ void LiveSource::apply(Client client, const Pull& pull) {
   }
   const Index point = at(surface_.points(), pull.vertex);
   if (!is_free(point)) {
-    throw Error("pull", "", "a point that is fixed, rigid or prescribed", "one of tissue that can move");
+    throw Error("pull", "", "a point that is fixed, rigid or prescribed",
+                "a point of soft tissue that can move");
   }
   const Vec3 target = stage_.origin + pull.target;
   const double stiffness = pull.strength * usual_stiffness(at(bodies().body_of_point(), point));

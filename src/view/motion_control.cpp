@@ -11,7 +11,7 @@
 namespace palpate::view {
 namespace {
 
-/// Largest speed along a path by hand, over its own speed.
+/// Largest speed of a motion by hand along its path, relative to its own speed.
 constexpr double fastest_path = 4.0;
 
 }  // namespace

@@ -68,12 +68,12 @@ void PageSession::take(std::string_view text) {
       display_ = *display;
       hub_->display();
     } else if (const Shown* shown = std::get_if<Shown>(&command)) {
-      // Earlier frames were skipped by the page.
+      // The page has skipped earlier frames.
       std::erase_if(in_flight_,
                     [&](std::uint64_t frame) { return static_cast<double>(frame) <= shown->frame; });
       send_news();
     } else if (!hub_->player->post(client_, std::move(command))) {
-      tell_refusal("too many commands at a time");
+      tell_refusal("too many commands at once");
     }
   } catch (const Error& error) {
     tell_refusal(error.what());

@@ -33,7 +33,7 @@ class PageSession : public std::enable_shared_from_this<PageSession> {
   void send(std::shared_ptr<const std::string> message, bool binary);
   void leave();
 
-  /// Frames that are sent but not yet drawn, at most: one to draw, one in flight.
+  /// Maximum number of frames that are sent but not yet drawn: one being drawn, one on its way.
   static constexpr std::size_t max_in_flight = 2;
 
   boost::beast::websocket::stream<boost::beast::tcp_stream> socket_;
@@ -45,10 +45,10 @@ class PageSession : public std::enable_shared_from_this<PageSession> {
   bool joined_ = false;
   bool sending_ = false;
   bool has_stage_ = false;
-  std::uint64_t state_ = 0;                     ///< number of the last one sent
-  std::uint64_t frame_ = 0;                     ///< number of the last one sent
-  std::deque<std::uint64_t> in_flight_;         ///< numbers of the frames
-  std::shared_ptr<const std::string> refusal_;  ///< the newest one not yet sent
+  std::uint64_t state_ = 0;                     ///< number of the last state sent
+  std::uint64_t frame_ = 0;                     ///< number of the last frame sent
+  std::deque<std::uint64_t> in_flight_;         ///< numbers of the frames sent but not drawn
+  std::shared_ptr<const std::string> refusal_;  ///< the newest refusal that was not sent yet
 };
 
 }  // namespace palpate::view

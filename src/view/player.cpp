@@ -215,7 +215,7 @@ void Player::execute(Client client, Command& command) {
           since_frame_ = {};
           since_start_ = {};
           simulated_ = 0.0;
-        } else if constexpr (!one_of<What, DisplayOptions, Shown>) {  // these two are handled by the server
+        } else if constexpr (!one_of<What, DisplayOptions, Shown>) {  // the server handles these two
           source_->apply(client, what);
         }
       },

@@ -24,7 +24,7 @@ struct PlayerSettings {
   std::optional<double> speed;  ///< see SetSpeed
 };
 
-/// The newest messages for pages; null before the first.
+/// The newest messages for pages; null before the first one.
 struct News {
   std::shared_ptr<const std::string> frame;  ///< a binary message
   std::uint64_t frame_number = 0;            ///< 0: none yet
@@ -54,10 +54,10 @@ class Player {
   Player(const Player&) = delete;
   Player& operator=(const Player&) = delete;
 
-  /// Ends the thread after the current step; no news after that.
+  /// Ends the thread after the current step. No messages come after that.
   void stop();
 
-  /// False where the queue is full.
+  /// Adds a command; returns false if the queue is full.
   bool post(Client client, Command command);
   void join(Client client);
   void leave(Client client);

@@ -27,7 +27,7 @@ double area_of(const Bodies& bodies, const Triangle& triangle) {
   return 0.5 * length(cross(corner(1) - corner(0), corner(2) - corner(0)));
 }
 
-/// Young's modulus of the softest body whose box meets that of each, itself included.
+/// For each body, Young's modulus of the softest body whose box meets its own (including itself).
 /// \param others  (n_bodies) 1: a body that counts for no other
 std::vector<double> softest_around(const Bodies& bodies, std::span<const Material> materials,
                                    std::span<const std::uint8_t> others) {

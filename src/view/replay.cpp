@@ -29,7 +29,7 @@ ReplaySource::ReplaySource(const std::filesystem::path& folder, int threads) : t
   read_run(folder);
   const std::filesystem::path collection = folder / "frames.pvd";
   frames_ = io::read_series(collection);
-  if (frames_.empty()) throw Error(collection.string(), "", "no frame", "one or more");
+  if (frames_.empty()) throw Error(collection.string(), "", "no frame", "one or more frames");
   steps_ = read_stored_times(folder / "metrics.csv");
   make_bodies(folder);
   std::vector<std::string> names;
@@ -62,7 +62,7 @@ void ReplaySource::read_run(const std::filesystem::path& folder) {
   }
 }
 
-/// Cuts the first frame into bodies: points and tets of a frame are ordered by body.
+/// Splits the first frame into bodies: points and tets of a frame are ordered by body.
 void ReplaySource::make_bodies(const std::filesystem::path& folder) {
   const TetMesh all = io::read_mesh(frames_.front().file).mesh;
   std::size_t points = 0;
@@ -74,7 +74,7 @@ void ReplaySource::make_bodies(const std::filesystem::path& folder) {
   if (points != all.points.size() || tets != all.tets.size()) {
     throw Error((folder / "run.json").string(), "bodies",
                 std::to_string(points) + " points and " + std::to_string(tets) + " tets",
-                "those of " + frames_.front().file.string());
+                "the numbers of the scene: " + frames_.front().file.string());
   }
   auto point = all.points.begin();
   auto tet = all.tets.begin();

@@ -33,11 +33,11 @@ class Server {
   Server& operator=(const Server&) = delete;
 
   [[nodiscard]] std::uint16_t port() const;
-  /// "http://127.0.0.1:PORT/TOKEN/"
+  /// The address of the page: "http://127.0.0.1:PORT/TOKEN/".
   [[nodiscard]] std::string address() const;
   [[nodiscard]] Player& player();
 
-  /// Serves for this time.
+  /// Handles requests for this time.
   void run_for(std::chrono::milliseconds time);
 
  private:

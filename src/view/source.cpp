@@ -23,7 +23,7 @@ Json bodies_json(const Bodies& bodies, const Surface& surface, const Scene& scen
                     {"rigid", is_rigid(at(scene.bodies, b))},
                     {"absent", at(scene.bodies, b).absent}});
     const SceneBody& of_scene = at(scene.bodies, b);
-    // Colours are in steps of a byte on the page; a float as text would have digits that mean nothing.
+    // Colours on the page have 8 bits; a float as text would have digits without meaning.
     list.back()["color"] = Json::array();
     for (const float c : body_colour(of_scene, b)) list.back()["color"].push_back(std::round(1e4 * c) / 1e4);
   }

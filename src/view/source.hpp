@@ -26,7 +26,7 @@ using PhaseSeconds = std::array<double, phase_names.size()>;
 /// The page that sent a command.
 using Client = std::uint64_t;
 
-/// How the world is shown: the same for all frames.
+/// Data on the bodies that are the same for all frames.
 // What clang-tidy sees thrown in a move is an assertion of nlohmann's.
 struct Stage {                   // NOLINT(bugprone-exception-escape)
   nlohmann::ordered_json about;  ///< for the page: title, units, bodies, ...
@@ -45,12 +45,12 @@ class Source {
   [[nodiscard]] virtual const Bodies& bodies() const = 0;
   [[nodiscard]] virtual std::span<const Vec3> positions() const = 0;
   [[nodiscard]] virtual const Detector& detector() const = 0;  ///< contacts at positions()
-  [[nodiscard]] virtual double time() const = 0;               ///< simulated, in the unit of the scene
-  /// Simulated time from this state to the next; none at the end.
+  [[nodiscard]] virtual double time() const = 0;               ///< simulated time, in the unit of the scene
+  /// Simulated time between this state and the next; none at the end.
   [[nodiscard]] virtual std::optional<double> interval() const = 0;
   /// Advances to the next state. Throws Error where it cannot.
   virtual void advance() = 0;
-  /// Back to the start.
+  /// Returns to the start.
   virtual void reset() = 0;
   /// Times of the phases of the last advance().
   [[nodiscard]] virtual const PhaseSeconds& seconds() const = 0;

@@ -39,7 +39,7 @@ class StoredForces {
   std::size_t time_column_ = 0;
   std::vector<Columns> columns_;  ///< (n_bodies)
   std::vector<double> times_;     ///< ascending
-  std::vector<double> values_;    ///< (rows x 12 n_bodies): contact, then held (zero where it is not)
+  std::vector<double> values_;  ///< (rows x 12 n_bodies): contact wrench, then held wrench (zero if not held)
 };
 
 }  // namespace palpate::view

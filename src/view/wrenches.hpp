@@ -6,7 +6,7 @@
 
 namespace palpate::view {
 
-/// {"force": [x, y, z], "torque": [x, y, z]}
+/// A wrench as JSON: {"force": [x, y, z], "torque": [x, y, z]}.
 nlohmann::ordered_json wrench_json(const Wrench& wrench);
 
 /// The wrench of contacts on each body in the last step: {"force": [x, y, z], "torque": [x, y, z]} per body,

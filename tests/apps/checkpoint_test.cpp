@@ -109,7 +109,7 @@ TEST_F(CheckpointedRun, ADamagedOneIsReportedAndTheOneBeforeUsed) {
   }
   put(path_of("out", 24), "torn");
   put(path_of("out", 20), "");
-  expect_error(2, {"run", "--resume", "out"}, {name_of(24), "nor is one of 1 others whole"});
+  expect_error(2, {"run", "--resume", "out"}, {name_of(24), "all 2 checkpoints of the folder are damaged"});
 }
 
 TEST_F(CheckpointedRun, WhatIsNotThereAnyMoreIsTold) {
@@ -197,7 +197,7 @@ TEST_F(CheckpointedRun, UnderAnotherNameIsNotTaken) {
   fs::copy_file(path_of("out", 15), path_of("out", 999));
   const Finished done = palpate({"run", "--resume", "out", "--steps", "21"});
   expect_done(done);
-  EXPECT_NE(done.err.find(name_of(999) + ": found the state of step 15"), std::string::npos) << done.err;
+  EXPECT_NE(done.err.find(name_of(999) + ": found a checkpoint of step 15"), std::string::npos) << done.err;
   EXPECT_EQ(checkpoints("out"), (std::vector{name_of(20), name_of(21)}));
 }
 

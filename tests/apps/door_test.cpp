@@ -170,15 +170,14 @@ TEST_F(Door, NewRefusesInOneLineAndSaysWhatToDo) {
   make_liver();
   write("liver.json", "mine");
   write("skin.stl", "solid");
-  expect_error(2, {"new", "liver.vtu"},
-               {"liver.json: found a file of that name already", "--replace", "--out"});
-  expect_error(2, {"new", "liver.vtu", "--out", "liver.json"},
-               {"liver.json: found a file of that name already"});
+  expect_error(2, {"new", "liver.vtu"}, {"liver.json: found an existing file", "--replace", "--out"});
+  expect_error(2, {"new", "liver.vtu", "--out", "liver.json"}, {"liver.json: found an existing file"});
   EXPECT_EQ(read("liver.json"), "mine");
   expect_error(2, {"new", "skin.stl"}, {"skin.stl", "'palpate mesh'"});
-  expect_error(2, {"new", "liver.json"},
-               {"liver.json: found a scene already, expected a mesh of tets; 'palpate view liver.json'",
-                "'palpate run liver.json' simulates it"});
+  expect_error(
+      2, {"new", "liver.json"},
+      {"liver.json: found a file that is a scene already, expected a mesh of tets; 'palpate view liver.json'",
+       "'palpate run liver.json' simulates it"});
   expect_error(2, {"new", "none.json"}, {"none.json", "'.json'"});
   expect_error(2, {"new", "none.vtu"}, {"none.vtu: found no such file"});
   expect_error(2, {"new", "liver.vtu", "--out", "no/x.json"}, {"--out: found no folder 'no'"});
@@ -199,7 +198,7 @@ TEST_F(Door, NewAsksOnATerminal) {
     return palpate_on_terminal({"new", "liver.vtu"}, folder_.path(), 200, typed);
   };
   const std::string agreed = answered("\n");
-  EXPECT_NE(agreed.find("liver.vtu is 210 long: in mm that is 0.21 m and 1.3 kg."), std::string::npos)
+  EXPECT_NE(agreed.find("liver.vtu is 210 long: in mm, this is 0.21 m and 1.3 kg."), std::string::npos)
       << agreed;
   EXPECT_NE(agreed.find("liver.vtu in mm: 0.21 m"), std::string::npos) << agreed;
   EXPECT_NE(answered("cm\n").find("in cm: 2.1 m"), std::string::npos);
@@ -292,7 +291,8 @@ TEST_F(Door, HelpOfASubcommandIsAWordToo) {
     EXPECT_EQ(output_of(by_word), output_of(by_flag));
   }
   expect_error(2, {"help", "rnu"}, {"'rnu'", "expected 'run'"});
-  expect_error(2, {"help", "run", "extra"}, {"help: found 'extra', expected nothing after 'run'"});
+  expect_error(2, {"help", "run", "extra"},
+               {"help: found 'extra', expected no word after 'run', which has no subcommands"});
   expect_error(2, {"help", "generate", "bux"}, {"generate: found unknown subcommand 'bux', expected 'box'"});
   EXPECT_EQ(output_of({"-V"}), output_of({"--version"}));
 }

@@ -51,7 +51,7 @@ TEST_F(Generate, StackingByDefaultIsThePapersTableOne) {
 TEST_F(Generate, OnlyANamedFileIsReplaced) {
   output_of({"generate", "box"});
   const std::string before = read("box.vtu");
-  expect_error(2, {"generate", "box", "--cells", "2", "2", "2"}, {"box.vtu", "already", "--out"});
+  expect_error(2, {"generate", "box", "--cells", "2", "2", "2"}, {"box.vtu", "an existing file", "--out"});
   EXPECT_EQ(read("box.vtu"), before);
   output_of({"generate", "box", "--cells", "2", "2", "2", "--out", "box.vtu"});
   EXPECT_EQ(json_of({"info", "box.vtu", "--json"})["tets"], 40);
@@ -64,7 +64,7 @@ TEST_F(Generate, WritesTheOrgansOfTheMedicalScenes) {
     EXPECT_NE(said.find(name), std::string::npos);
     EXPECT_GT(json_of({"info", name, "--json"})["tets"], 1000);
   }
-  expect_error(2, {"generate", "skull"}, {"skull", "already", "--out"});
+  expect_error(2, {"generate", "skull"}, {"skull", "an existing file or folder", "--out"});
   output_of({"generate", "skull", "--out", "skull"});
   write("file", "");
   expect_error(2, {"generate", "eye", "--out", "file"}, {"file", "folder"});

@@ -103,16 +103,16 @@ TEST_F(StagedRun, SaysWhereAStageEndedByItsTime) {
 
 TEST_F(StagedRun, RefusesWhatItCannotBeginFrom) {
   expect_error(2, {"run", "scene.json", "--from-stage", "rest", "--out", "a"},
-               {"a/stages: found no end of stage 'rest', expected one of move"});
-  expect_error(
-      2, {"run", "scene.json", "--from-stage", "rest", "--out", "nowhere"},
-      {"found no end of stage 'rest', expected results of a run of a stage with \"checkpoint\": true"});
+               {"a/stages: found no saved state at the end of stage 'rest', expected one of move"});
+  expect_error(2, {"run", "scene.json", "--from-stage", "rest", "--out", "nowhere"},
+               {"found no saved state at the end of stage 'rest', expected the results of a run that saved "
+                "one (\"checkpoint\": true in the stage)"});
   write("other.json", staged("0.07"));
   expect_error(2, {"run", "other.json", "--from-stage", "move", "--out", "a"},
-               {"other.json: stages[0]: found another stage than in the run to begin from"});
+               {"other.json: stages[0]: found a stage that differs from the one of the earlier run"});
   expect_error(2,
                {"run", "scene.json", "--set", "contact.friction=0.5", "--from-stage", "move", "--out", "a"},
-               {"a/stages/move.palpate: settings: found those of another simulation"});
+               {"a/stages/move.palpate: settings: found values of another simulation"});
   expect_error(2, {"run", "scene.json", "--until-rest"}, {"--until-rest: found a scene with stages"});
   write("a/stages/move.palpate", "no state");
   expect_error(2, {"run", "scene.json", "--from-stage", "move", "--out", "a"}, {"a/stages/move.palpate"});

@@ -100,9 +100,9 @@ TEST(Breakdown, AnElementThatStaysInvertedIsNamedAndOneThatRecoversIsNot) {
   EXPECT_EQ(std::ranges::count(held.inversion_clocks(), 0.0), 5) << "it has returned";
   held.set_positions(inverted);
   for (int n = 0; n < 4; ++n) step(0.04);
-  EXPECT_EQ(
-      message_of([&] { step(0.04); }),
-      "body body: tet 0: found it inverted for 0.04 s, expected less than 0.04 s (limits.inverted_time)");
+  EXPECT_EQ(message_of([&] { step(0.04); }),
+            "body body: tet 0: found an inversion that has lasted 0.04 s, expected less than 0.04 s "
+            "(limits.inverted_time)");
   for (const double clock : held.inversion_clocks())
     EXPECT_NEAR(clock, 0.04, 1e-12) << "the state is as it was";
   EXPECT_EQ(message_of([&] { step({}); }), "no error") << "no limit unless asked for";

@@ -106,21 +106,23 @@ std::string problem(const TetMesh& mesh, const std::vector<Index>& from, const s
 
 TEST(Fibres, RefuseEndsThatAreNone) {
   const TetMesh tet = unit_tet_mesh();
-  EXPECT_EQ(problem(tet, {}, {1}), "fibres_between: from: found no point, expected one or more");
+  EXPECT_EQ(problem(tet, {}, {1}), "fibres_between: from: found no point, expected one or more points");
   EXPECT_EQ(problem(tet, {0}, {4}), "fibres_between: to: found point 4, expected 0 to 3");
-  EXPECT_EQ(problem(tet, {0, 2}, {1, 2}),
-            "fibres_between: to: found point 2, which is in 'from' too, expected ends that do not touch");
+  EXPECT_EQ(
+      problem(tet, {0, 2}, {1, 2}),
+      "fibres_between: to: found point 2, which is in 'from' too, expected ends without a common point");
   EXPECT_EQ(problem(tet, {0, 0}, {1}), "");
   TetMesh two = tet;
   for (const Vec3& p : tet.points) two.points.push_back(p + Vec3{5.0, 0.0, 0.0});
   two.tets.push_back({4, 5, 6, 7});
   EXPECT_EQ(problem(two, {0}, {4}),
-            "fibres_between: to: found none of its points in the piece of the body that has tet 0, expected "
-            "both ends in each piece");
-  EXPECT_EQ(
-      problem(two, {0}, {1}),
-      "fibres_between: from: found none of its points in the piece of the body that has tet 1, expected "
-      "both ends in each piece");
+            "fibres_between: to: found no point of this end in the connected piece of the body with tet 0, "
+            "expected "
+            "points of both ends in each piece");
+  EXPECT_EQ(problem(two, {0}, {1}),
+            "fibres_between: from: found no point of this end in the connected piece of the body with tet 1, "
+            "expected "
+            "points of both ends in each piece");
   EXPECT_EQ(problem(two, {0, 4}, {1, 5}), "");
 }
 

@@ -40,7 +40,7 @@ TEST(GmshReader, RefusesOtherVersionsAndFiles) {
   EXPECT_EQ(error_with(gmsh_2_binary(false), "2.2 1 8", "2.2 1 4"),
             "a.msh: line 2: found \"4\", expected the data size, 8 (bytes) from 8 to 8");
   EXPECT_EQ(error_with(gmsh_2_binary(false), int_bytes(1), int_bytes(2)),
-            "a.msh: byte 20: found 2, expected 1 in either byte order");
+            "a.msh: byte 20: found 2, expected the integer 1, in one of the two byte orders");
 }
 
 TEST(GmshReader, RefusesNodeNumbersThatAreNotDefined) {
@@ -71,7 +71,7 @@ TEST(GmshReader, ReadsNodeNumbersFarApart) {
 
 TEST(GmshReader, RefusesANodeNumberTwice) {
   EXPECT_EQ(error_with(gmsh_2, "42 0 0 1", "7 0 0 1"),
-            "a.msh: node 7: found this number twice, expected each node number once");
+            "a.msh: node 7: found two nodes with this number, expected each node number once");
 }
 
 TEST(GmshReader, RefusesWhatIsNoNumber) {
@@ -132,7 +132,7 @@ TEST(GmshReader, RefusesSectionsThatAreMissingTwiceOrOutOfOrder) {
       error_of(folder.write("a.msh", text.substr(0, nodes) + text.substr(elements) + text.substr(nodes))),
       "a.msh: line 8: found \"$Elements\", expected the nodes before the elements");
   EXPECT_EQ(error_of(folder.write("a.msh", text + text.substr(nodes))),
-            "a.msh: line 22: found \"$Nodes\", expected this section only once");
+            "a.msh: line 22: found \"$Nodes\", expected each section once");
   EXPECT_EQ(error_of(folder.write("a.msh", text + "$NodeData\n1\n")),
             "a.msh: line 24: found the end of the file, expected $EndNodeData");
 }

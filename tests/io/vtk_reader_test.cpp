@@ -55,7 +55,7 @@ TEST(VtkLegacyReader, RefusesCellsThatDoNotFitTheirLists) {
   EXPECT_EQ(error_with(vtk_5, "10\n5\n10\n", "10\n5\n99\n"),
             "a.vtk: cell 2: found cell type 99, expected one of VTK's cell types, 0 to 81");
   EXPECT_EQ(error_with(vtk_5, "CELL_TYPES 3\n10\n", "CELL_TYPES 2\n"),
-            "a.vtk: found 3 cells and 2 cell types, expected as many of both");
+            "a.vtk: found 3 cells and 2 cell types, expected the same number of both");
 }
 
 TEST(VtkLegacyReader, RefusesWhatIsNoNumber) {

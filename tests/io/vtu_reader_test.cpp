@@ -43,7 +43,7 @@ TEST(VtuReader, RefusesTagsThatDoNotNest) {
   EXPECT_EQ(error_with("</VTKFile>", "</VTKFile"),
             "a.vtu: line 28: found the end of the file inside a tag, expected the tag's end");
   EXPECT_EQ(error_with("NumberOfPoints=\"5\"", "NumberOfPoints=\"5"),
-            "a.vtu: line 5: found \"\"\", expected \"=\" behind 3");
+            "a.vtu: line 5: found \"\"\", expected \"=\" after 3");
 }
 
 TEST(VtuReader, RefusesPointNumbersOutOfRange) {

@@ -97,7 +97,7 @@ TEST(Bodies, RefusesAFaceOfThreeTets) {
   } catch (const Error& e) {
     EXPECT_STREQ(
         e.what(),
-        "fan: tet 2: found a face that tets 0 and 1 share already, expected at most two tets on a face");
+        "fan: tet 2: found a face that tets 0 and 1 have already, expected at most two tets on a face");
   }
   EXPECT_EQ(bodies.body_count(), 1);
   EXPECT_EQ(bodies.points_rest().size(), 5U);

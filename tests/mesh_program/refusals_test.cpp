@@ -75,7 +75,7 @@ TEST_F(MeshRefusals, Flags) {
   refuse({"map.nrrd", "--tetz", "5"}, {"--tetz", "'--tets'"});
   refuse({"map.nrrd", "--tets", "many"}, {"--tets", "'many'"});
   refuse({"map.nrrd", "--size", "0"}, {"--size", "'0'", "> 0"});
-  refuse({"map.nrrd", "--size", "2", "--tets", "100"}, {"--size", "--tets", "one of them"});
+  refuse({"map.nrrd", "--size", "2", "--tets", "100"}, {"--size", "--tets", "only one of them"});
   refuse({"map.nrrd", "--only", "lable 4"}, {"--only", "'lable 4'", "'label 4'"});
   refuse({"map.nrrd", "--tets", "skull=10"}, {"--tets", "'skull'", "'label 4'"});
   refuse({"map.nrrd", "--gap", "50"}, {"--gap", "20 voxels"});
@@ -86,7 +86,7 @@ TEST_F(MeshRefusals, Flags) {
   write("table.txt", "1 bone 1 2 3\n2 fat 300\n");
   refuse({"map.nrrd", "--labels", "table.txt"}, {"table.txt", "line 2", "'2 fat 300'"});
   write("twice.txt", "1 bone 1 2 3\n1 fat 1 2 3\n");
-  refuse({"map.nrrd", "--labels", "twice.txt"}, {"twice.txt", "line 2", "label 1 again"});
+  refuse({"map.nrrd", "--labels", "twice.txt"}, {"twice.txt", "line 2", "label 1 for the second time"});
   std::filesystem::create_directory(folder_ / "map-bodies");
   refuse({"map.nrrd"}, {"map-bodies", "--out"});
 }

@@ -106,7 +106,7 @@ def test_bad_input_is_refused_with_a_sentence(boxes):
     refused(["shape (270,)"], points[:90].ravel(), tets)
     refused(["complex128"], points.astype(complex), tets)
     refused(["float64", "integers"], points, tets.astype(float))
-    refused(["no array"], [[1, 2, 3], [4]], tets)
+    refused(["not an array"], [[1, 2, 3], [4]], tets)
     refused(["<U"], np.full((5, 3), "a"), tets)
     refused(["no tets"], points, np.zeros((0, 4), int))
     bad = points.copy()
@@ -135,7 +135,7 @@ def test_bodies_that_share_points_are_refused(boxes):
     points, tets, body = boxes
     overlapping = body.copy()
     overlapping[5] = 1
-    refused(["body", "tet", "points that one body has alone"], points, tets, overlapping)
+    refused(["body", "tet", "points that belong to one body"], points, tets, overlapping)
 
 
 def test_error_is_a_value_error_with_its_four_parts(boxes):

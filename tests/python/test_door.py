@@ -136,8 +136,9 @@ def test_a_sweep_takes_functions_of_a_notebook():
 def test_a_sweep_without_cloudpickle_says_what_a_notebook_needs():
     done = notebook("import sys\nsys.modules['cloudpickle'] = None\n" + STUDY)
     assert done.returncode == 1
-    assert done.stderr.splitlines()[-1].endswith("sweep: measure: found a function of a notebook and no cloudpickle, expected "
-                                                 "cloudpickle to send it with: pip install 'palpate[study]'")
+    assert done.stderr.splitlines()[-1].endswith("sweep: measure: found a function of a notebook, without the package "
+                                                 "cloudpickle, expected the package cloudpickle, which can send it to other "
+                                                 "processes: pip install 'palpate[study]'")
 
 
 def test_a_sweep_takes_lambdas_and_says_where_a_function_failed():

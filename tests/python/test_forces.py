@@ -310,7 +310,7 @@ def test_settings_change_between_steps():
     with pytest.raises(palpate.Error, match="relax"):
         simulation.change(relax={})
     for key in ("units", "bodies", "duration"):
-        with pytest.raises(palpate.Error, match=f"{key}.*no step reads"):
+        with pytest.raises(palpate.Error, match=f"{key}.*cannot change after the start"):
             simulation.change(**{key: {}})
     with pytest.raises(palpate.Error, match="frction"):
         simulation.change(contact={"frction": 1})

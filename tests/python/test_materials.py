@@ -203,7 +203,7 @@ def test_fibres_between_two_ends_follow_a_bend(tmp_path):
     model.set_fibres(0, np.column_stack([-centres[:, 1], centres[:, 0], np.zeros(len(tets))]))
     around = run(palpate.Simulation(model, gravity=(0, 0, 0), time_step=0.01))
     assert np.abs(between - around).max() < 0.1 * np.abs(around - ring).max()
-    with pytest.raises(palpate.Error, match="fibres_between: to: .*ends that do not touch"):
+    with pytest.raises(palpate.Error, match="fibres_between: to: .*ends without a common point"):
         model.set_fibres_between(0, ends[0], ends[0])
     meshio = pytest.importorskip("meshio")
     meshio.write(tmp_path / "ring.vtu", meshio.Mesh(ring, [("tetra", tets)]))

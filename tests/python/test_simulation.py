@@ -104,7 +104,7 @@ def test_a_grab_holds_a_block_by_its_weight():
     before = simulation.positions[:, 2].mean()
     simulation.run(10)
     assert simulation.positions[:, 2].mean() < before
-    with pytest.raises(palpate.Error, match="let go"):
+    with pytest.raises(palpate.Error, match="a grab that was released"):
         grabs[0].force
 
 

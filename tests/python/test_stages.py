@@ -123,7 +123,7 @@ def test_bodies_are_removed_fixed_tied_and_brought_in():
     assert len(simulation.tie_forces) == len(tied) > 0
     assert simulation.untie("block", "table") == len(tied)
     assert simulation.untie("block", "table") == 0
-    with pytest.raises(palpate.Error, match="'table', which is there"):
+    with pytest.raises(palpate.Error, match="'table', which is in the simulation already"):
         simulation.insert("table")
     with pytest.raises(palpate.Error, match="rigid body 'table'"):
         table.fix()

@@ -56,7 +56,7 @@ TEST(Fixation, RefusesOtherAxes) {
   for (const char* axes : {"w", "xx", "xyzx", "X", "x y"}) {
     EXPECT_EQ(problem(R"("fixed": [{"points": [0], "axes": ")" + std::string(axes) + "\"}]"),
               "s.json: bodies[0].fixed[0].axes: found '" + std::string(axes) +
-                  "', expected some of the letters x, y and z, as \"xz\"");
+                  "', expected one or more of the letters x, y and z, such as \"xz\"");
   }
 }
 
@@ -105,12 +105,11 @@ TEST(DrivePrescribed, MovesAPartOfASurface) {
 TEST(DrivePrescribed, RefusesPointsThatAreHeldOtherwise) {
   const std::string motion = R"("motion": {"keyframes": [{"time": 0}]})";
   EXPECT_EQ(problem(R"("fixed": [{"points": [3]}], "prescribed": [{"points": [3], )" + motion + "}]"),
-            "s.json: bodies[0].prescribed[0]: found point 3, which is fixed, expected points that nothing "
-            "else holds");
-  EXPECT_EQ(
-      problem(R"("prescribed": [{"points": [3], )" + motion + R"(}, {"points": [3], )" + motion + "}]"),
-      "s.json: bodies[0].prescribed[1]: found point 3, which follows another motion, expected points that "
-      "nothing else holds");
+            "s.json: bodies[0].prescribed[0]: found point 3, which is fixed, expected points that are not "
+            "fixed and follow no other motion");
+  EXPECT_EQ(problem(R"("prescribed": [{"points": [3], )" + motion + R"(}, {"points": [3], )" + motion + "}]"),
+            "s.json: bodies[0].prescribed[1]: found point 3, which follows another motion, expected points "
+            "that are not fixed and follow no other motion");
   EXPECT_NE(problem(R"("prescribed": [{"points": [3]}])").find("prescribed[0].motion"), std::string::npos);
   EXPECT_NE(
       problem(R"("obstacle": true, "prescribed": [{"points": [3], )" + motion + "}]").find("rigid body"),

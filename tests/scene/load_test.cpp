@@ -111,11 +111,12 @@ TEST(LoadRegions, ALabelOfTheMeshFileSelectsTets) {
   EXPECT_EQ(asked.size(), 1U);
   EXPECT_EQ(message_of([&] { of(R"({"label": 3, "material": {}})"); }),
             "s.json: bodies[0].regions[0].label: found 3, expected a label of its tets: 2, 7");
-  EXPECT_EQ(message_of([&] {
-              load_model(scene_of(box + R"(, "regions": [{"label": 3, "material": {}}])"), reader, labels);
-            }),
-            "s.json: bodies[0].regions[0].label: found it in a body without a mesh file, expected one with "
-            "'mesh'");
+  EXPECT_EQ(
+      message_of([&] {
+        load_model(scene_of(box + R"(, "regions": [{"label": 3, "material": {}}])"), reader, labels);
+      }),
+      "s.json: bodies[0].regions[0].label: found this key in a body without a mesh file, expected a body "
+      "with 'mesh'");
 }
 
 /// Two tets, one in a region without a field; rotated and scaled with the body.
@@ -152,13 +153,14 @@ TEST(LoadFibres, AFieldOfTheMeshFileIsPlacedWithItsBody) {
   count = 3;
   EXPECT_EQ(message_of([&] { load_model(scene, reader, vectors); }),
             "s.json: bodies[1].material.fibres.field: found 3 vectors, expected 2, one a tet");
-  EXPECT_EQ(message_of([&] {
-              load_model(scene_of(box + R"(, "regions": [{"tets": [0], "material":
+  EXPECT_EQ(
+      message_of([&] {
+        load_model(scene_of(box + R"(, "regions": [{"tets": [0], "material":
                 {"model": "mooney-rivlin", "fibres": {"stiffness": 1, "field": "way"}}}])"),
-                         reader, vectors);
-            }),
-            "s.json: bodies[0].regions[0].material.fibres.field: found it in a body without a mesh file, "
-            "expected one with 'mesh'");
+                   reader, vectors);
+      }),
+      "s.json: bodies[0].regions[0].material.fibres.field: found this key in a body without a mesh file, "
+      "expected a body with 'mesh'");
 }
 
 /// A box of four cells along x.
@@ -186,18 +188,18 @@ TEST(LoadFibres, RunBetweenTheEndsOfABody) {
   EXPECT_EQ(
       problem(ends(-2, 9)),
       "s.json: bodies[0].fibre_ends.to[0]: found no point of 'body 0', expected one or more points selected");
-  EXPECT_EQ(
-      problem(R"({"from": [{"points": [3]}], "to": [{"points": [2, 3]}]})"),
-      "s.json: bodies[0].fibre_ends.to: found point 3, which is in 'from' too, expected ends that do not "
-      "touch");
+  EXPECT_EQ(problem(R"({"from": [{"points": [3]}], "to": [{"points": [2, 3]}]})"),
+            "s.json: bodies[0].fibre_ends.to: found point 3, which is in 'from' too, expected ends without a "
+            "common point");
   EXPECT_EQ(problem(R"({"from": [], "to": []})"),
             "s.json: bodies[0].fibre_ends.from: found none, expected one or more");
   EXPECT_EQ(problem(ends(-2, 2), R"({"stiffness": 1, "field": "way"})"),
-            "s.json: bodies[0].fibre_ends: found it beside 'fibres.field', expected one of the two");
-  EXPECT_EQ(
-      problem(ends(-2, 2), "{}"),
-      "s.json: bodies[0].fibre_ends: found it in a body without fibres, expected 'fibres' in its material "
-      "or that of a region");
+            "s.json: bodies[0].fibre_ends: found 'fibre_ends' together with 'fibres.field', expected only "
+            "one of the two");
+  EXPECT_EQ(problem(ends(-2, 2), "{}"),
+            "s.json: bodies[0].fibre_ends: found 'fibre_ends' in a body without fibres, expected 'fibres' in "
+            "its material "
+            "or that of a region");
 }
 
 TEST(LoadBodies, SelectsInWorldCoordinatesWithTheBoundary) {
@@ -451,9 +453,8 @@ TEST(LoadModel, AttachesToWhatDeformsByTies) {
   for (std::size_t p = 50; p < fixed.fixed_points.size(); ++p)
     EXPECT_EQ(fixed.fixed_points[p], fixed.bodies.points_rest()[p].z == 1.0 ? 1 : 0);
   EXPECT_EQ(message_of([&] { model_of(R"("obstacle": true)", near + R"(, "stiffness": 7)"); }),
-            "s.json: bodies[1].attached[0].stiffness: found it for a rigid body, expected nothing: the "
-            "points are glued "
-            "to it");
+            "s.json: bodies[1].attached[0].stiffness: found a stiffness, although 'to' is a rigid body, "
+            "expected no stiffness: points are glued to a rigid body");
 }
 
 }  // namespace

@@ -53,7 +53,7 @@ TEST(SceneMaterial, RefusesWhatDoesNotGoTogether) {
   EXPECT_NE(refused(R"({"elements": "smoothed", "poisson_ratio": -0.1})").find("smoothed elements"),
             std::string::npos);
   EXPECT_NE(refused(R"({"elements": "smoothed", "plastic_yield": 0.1, "plastic_creep": 1})")
-                .find("plastic_yield: found it with smoothed elements"),
+                .find("plastic_yield: found plasticity with smoothed elements"),
             std::string::npos);
   EXPECT_NE(refused(R"({"fibres": {"stiffness": 1}})")
                 .find("material.fibres: found fibres with the model corotational"),

@@ -137,22 +137,24 @@ TEST(ReadScene, NamesTheKeyOfEachError) {
       {with_body(ball + R"(, "motion": {"keyframes": []})"),
        "bodies[0].motion.keyframes: found none, expected one or more"},
       {with_body(ball + R"(, "motion": {"keyframes": [{"time": 1}, {"time": 1}]})"),
-       "bodies[0].motion.keyframes: found times that do not grow, expected one later than the other"},
+       "bodies[0].motion.keyframes: found times that do not increase, expected each time later than the one "
+       "before"},
       {with_body(ball + R"(, "motion": {"keyframes": [{"tme": 1}]})"),
        "bodies[0].motion.keyframes[0].time: found nothing, expected a value"},
       {with_body(ball + R"(, "loads": [{"force": [0, 0, 1]}])"), "bodies[0].loads[0]"},
       {with_body(ball + R"(, "motion": {"keyframes": [{"time": 1}]}, "grabs": [
            {"from": [0, 0, 0], "target": [0, 0, 0], "stiffness": 1}])"),
-       "bodies[0].grabs: found it in a rigid body, expected a body that deforms"},
+       "bodies[0].grabs: found this key in a rigid body, expected a body that deforms"},
       {with_body(ball + R"(, "obstacle": true, "regions": [{"tets": [0], "material": {}}])"),
-       "bodies[0].regions: found it in a rigid body, expected a body that deforms"},
+       "bodies[0].regions: found this key in a rigid body, expected a body that deforms"},
       {"{\"bodies\": [{" + ball + "}]}",
        "bodies[0].material: found nothing, expected the material of a body that is neither an obstacle nor "
        "has a motion"},
       {with_body(R"("name": "a")"),
-       "bodies[0]: found none of its alternatives, expected one of 'mesh', 'box', 'ball'"},
+       "bodies[0]: found none of the keys of which one is required, expected one of 'mesh', 'box', 'ball'"},
       {with_body(R"("bal": {})"), "bodies[0].bal: found unknown key, expected 'ball'"},
-      {with_body(ball + ", " + shape), "bodies[0].ball: found it beside 'box', expected only one of the two"},
+      {with_body(ball + ", " + shape),
+       "bodies[0].ball: found this key together with 'box', expected only one of the two"},
       {with_body(R"("ball": {"radius": 1})"), "bodies[0].ball.resolution: found nothing, expected a value"},
       {with_body(R"("mesh": "")"), "bodies[0].mesh: found \"\", expected a text that is not empty"},
       {with_body(R"("box": {"cells": [1, 0, 1], "size": [1, 1, 1]})"),
@@ -164,7 +166,7 @@ TEST(ReadScene, NamesTheKeyOfEachError) {
       {with_body(ball + R"(, "rotate": {"quaternion": [0, 0, 0, 0]})"),
        "bodies[0].rotate.quaternion: found zero"},
       {with_body(ball + R"(, "rotate": {"quaternion": [1, 0, 0, 0], "angle": 5})"),
-       "bodies[0].rotate.quaternion: found it beside 'axis' or 'angle'"},
+       "bodies[0].rotate.quaternion: found 'quaternion' together with 'axis' or 'angle'"},
       {with_body(ball + R"(, "color": [0, 0, 1.5])"),
        "bodies[0].color[2]: found 1.5, expected a number in [0, 1]"},
       {with_body(ball + R"(, "obstacle": true, "self_collision": true)"),
@@ -179,7 +181,7 @@ TEST(ReadScene, NamesTheKeyOfEachError) {
        "bodies[0].fixed[0].points[0]: found -1, expected an integer >= 0"},
       {with_body(ball + R"(, "regions": [{"tets": [1]}])"),
        "bodies[0].regions[0].material: found nothing, expected a value"},
-      {with_body(ball + R"(, "regions": [{"material": {}}])"), "bodies[0].regions[0]: found none of its"},
+      {with_body(ball + R"(, "regions": [{"material": {}}])"), "bodies[0].regions[0]: found none of the keys of which one is required"},
       {with_body(ball + R"(, "regions": [{"points": [1], "material": {}}])"), "bodies[0].regions[0]"},
       {with_body(ball + R"(, "regions": [{"tets": [], "material": {}}])"),
        "bodies[0].regions[0].tets: found an array of 0, expected an array of one or more tet indices"},
@@ -198,7 +200,7 @@ TEST(ReadScene, NamesTheKeyOfEachError) {
       {"[]", "found an array of 0, expected an object"},
       {R"({"bodies": [{"name": "a", "material": {}, )" + ball + R"(}, {"name": "a", "material": {}, )" +
            ball + "}]}",
-       "bodies[1].name: found 'a' again, expected a name of its own"},
+       "bodies[1].name: found 'a' for the second time, expected a name that no other has"},
       {R"({"units": {"length": "inch"}, "bodies": [)" + soft_ball + "]}",
        "units.length: found 'inch', expected one of 'm', 'cm', 'mm', 'um', 'km'"},
       {R"({"units": {"mass": "kgg"}, "bodies": [)" + soft_ball + "]}",
@@ -208,9 +210,9 @@ TEST(ReadScene, NamesTheKeyOfEachError) {
        "expected "
        "'kg'; units.time: found 'mss', expected 'ms'"},
       {with_body(ball + R"(, "loads": [{"points": [0]}])"),
-       "bodies[0].loads[0].force: found nothing, expected one of 'force', 'pressure' and 'traction'"},
+       "bodies[0].loads[0].force: found nothing, expected exactly one of 'force', 'pressure' and 'traction'"},
       {with_body(ball + R"(, "loads": [{"points": [0], "force": [0, 0, 1], "pressure": 2}])"),
-       "bodies[0].loads[0].pressure: found it beside another, expected one of"},
+       "bodies[0].loads[0].pressure: found more than one of these keys, expected exactly one of"},
       {with_body(
            ball +
            R"(, "loads": [{"points": [0], "force": [0, 0, 1], "ramp": {"times": [0, 1], "factors": [1]}}])"),
@@ -218,7 +220,7 @@ TEST(ReadScene, NamesTheKeyOfEachError) {
       {with_body(
            ball +
            R"(, "loads": [{"points": [0], "force": [0, 0, 1], "ramp": {"times": [1, 1], "factors": [1, 2]}}])"),
-       "bodies[0].loads[0].ramp.times: found times that do not grow"},
+       "bodies[0].loads[0].ramp.times: found times that do not increase"},
       {with(R"("output": {"fields": ["von_misses"]})"),
        "output.fields[0]: found \"von_misses\", expected 'von_mises'"},
       {with(R"("output": {"pairs": [{"bodies": ["a"]}]})"),
@@ -226,7 +228,7 @@ TEST(ReadScene, NamesTheKeyOfEachError) {
       {with(R"("output": {"views": [{"name": "v", "field": {"name": "stress"}}]})"),
        "output.views[0].field.name: found 'stress', expected a field of one or three components"},
       {with(R"("output": {"views": [{"name": "v", "field": {"name": "pressure", "least": 2, "most": 1}}]})"),
-       "output.views[0].field.most: found a value that is not above 'least'"},
+       "output.views[0].field.most: found a value not above 'least'"},
   };
   for (const auto& [text, expected] : cases) {
     const std::string found = problem(text);
@@ -374,7 +376,8 @@ TEST(ReadScene, RefusesViewsThatCannotBe) {
   };
   EXPECT_NE(message(R"([{"name": "a/b"}])").find("output.views[0].name: found 'a/b'"), std::string::npos);
   EXPECT_NE(message(R"([{"name": "picture"}])").find("found 'picture'"), std::string::npos);
-  EXPECT_NE(message(R"([{"name": "a"}, {"name": "a"}])").find("output.views[1].name: found 'a' again"),
+  EXPECT_NE(message(R"([{"name": "a"}, {"name": "a"}])")
+                .find("output.views[1].name: found 'a' for the second time"),
             std::string::npos);
   EXPECT_NE(message(R"([{"name": "a", "bodies": ["a", "b"]}])")
                 .find("output.views[0].bodies[1]: found 'b', expected 'a'"),

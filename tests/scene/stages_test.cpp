@@ -193,41 +193,46 @@ TEST(Stages, BadOnesAreRefusedInOneLine) {
   EXPECT_EQ(stage_refusal(R"("remove": ["tabel"])"),
             "scene: stages[0].remove[0]: found 'tabel', expected 'table'");
   EXPECT_EQ(stage_refusal(R"("insert": ["table"])"),
-            "scene: stages[0].insert[0]: found 'table', which is there, expected a body that is not there");
+            "scene: stages[0].insert[0]: found 'table', which is in the scene already, expected a body that "
+            "was removed, or starts with \"absent\": true");
   EXPECT_EQ(stage_refusal(R"("remove": ["rail"])"),
-            "scene: stages[0].remove[0]: found 'rail', which is not there, expected a body that is there");
-  EXPECT_EQ(
-      stage_refusal(R"("release": [{"body": "table"}])"),
-      "scene: stages[0].release[0].body: found 'table', which has no material, expected a body with one, "
-      "to deform");
+            "scene: stages[0].remove[0]: found 'rail', which is not in the scene at this stage, expected a "
+            "body that is in the scene");
+  EXPECT_EQ(stage_refusal(R"("release": [{"body": "table"}])"),
+            "scene: stages[0].release[0].body: found 'table', which has no material, expected a body with a "
+            "material, so "
+            "that it can deform");
   EXPECT_EQ(
       stage_refusal(R"("fix": [{"body": "block", "part": {"sphere": {"center": [9, 0, 0], "radius": 1}}}])"),
       "scene: stages[0].fix[0].part: found no point of 'block', expected one or more points selected");
   EXPECT_EQ(
       stage_refusal(
           R"("move": [{"body": "block", "motion": {"keyframes": [{"time": 0, "translate": [0, 0, 1]}]}}])"),
-      "scene: stages[0].move[0].motion.keyframes[0]: found a pose at time 0 away from where the body is, "
-      "expected none, or a later time: it starts where it is");
+      "scene: stages[0].move[0].motion.keyframes[0]: found a pose at time 0 that differs from the body's "
+      "present pose, "
+      "expected a keyframe at a later time; the motion starts at the present pose");
   EXPECT_EQ(
       stage_refusal(
           R"("move": [{"body": "table", "part": {"points": [0]}, "motion": {"keyframes": [{"time": 1}]}}])"),
-      "scene: stages[0].move[0].part: found it of the rigid body 'table', expected nothing: all of the body");
+      "scene: stages[0].move[0].part: found a part of the rigid body 'table', expected no 'part': a rigid "
+      "body moves as a whole");
   EXPECT_EQ(stage_refusal(R"("untie": [{"bodies": ["block"]}])"),
             "scene: stages[0].untie[0].bodies: found 1, expected two names");
   EXPECT_EQ(stage_refusal(R"("loads": [{"body": "table"}])"),
             "scene: stages[0].loads[0].body: found the rigid body 'table', expected a body that deforms");
   EXPECT_EQ(stage_refusal("", R"("until": {"rest": true})"),
-            "scene: stages[0].until.most: found nothing, expected the time after which the stage ends at the "
-            "latest");
+            "scene: stages[0].until.most: found nothing, expected the time after which the stage ends in "
+            "any case");
   EXPECT_EQ(stage_refusal("", R"("until": {"time": 1, "most": 2})"),
-            "scene: stages[0].until.most: found it beside 'time', expected one of the two");
+            "scene: stages[0].until.most: found 'most' together with 'time', expected only one of the two");
   EXPECT_EQ(stage_refusal("", R"("until": {"rest": false, "most": 2})"),
             "scene: stages[0].until.rest: found false, expected true, or another condition");
   EXPECT_EQ(refusal(R"("duration": 3, "stages": [{"name": "a", "until": {"time": 1}}])"),
-            "scene: duration: found 3 beside 'stages', expected nothing, or what their limits add up to, 1");
+            "scene: duration: found 3 together with 'stages', expected no 'duration', or the sum of the "
+            "limits of the stages, 1");
   EXPECT_EQ(
       refusal(R"("stages": [{"name": "a", "until": {"time": 1}}, {"name": "a", "until": {"time": 1}}])"),
-      "scene: stages[1].name: found 'a' again, expected a name of its own");
+      "scene: stages[1].name: found 'a' for the second time, expected a name that no other has");
   EXPECT_EQ(refusal(R"("stages": [{"name": "a/b", "until": {"time": 1}}])"),
             "scene: stages[0].name: found 'a/b', expected letters, digits, '-' and '_'");
 }
@@ -245,14 +250,15 @@ TEST(Outcomes, BadOnesAreRefusedInOneLine) {
       "body at rest");
   EXPECT_EQ(of(R"("force": {"body": "block", "along": [0, 0, 0]})"),
             "scene: outcomes[0].force.along: found a zero vector, expected a direction");
-  EXPECT_EQ(of(R"("gap": {"bodies": ["block", "block"]})"),
-            "scene: outcomes[0].gap.bodies: found one name twice, expected two bodies");
+  EXPECT_EQ(
+      of(R"("gap": {"bodies": ["block", "block"]})"),
+      "scene: outcomes[0].gap.bodies: found the same name twice, expected the names of two different bodies");
   EXPECT_EQ(of(R"("volume": {"body": "block", "within": "block"})"),
             "scene: outcomes[0].volume.within: found the body itself, expected another body, or nothing");
   EXPECT_EQ(
       refusal(
           R"("outcomes": [{"name": "o", "stress": {"body": "block"}}, {"name": "o", "stress": {"body": "block"}}])"),
-      "scene: outcomes[1].name: found 'o' again, expected a name of its own");
+      "scene: outcomes[1].name: found 'o' for the second time, expected a name that no other has");
 }
 
 TEST(Outcomes, OfABlockAtRestAndATurnedRail) {

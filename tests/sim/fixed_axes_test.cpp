@@ -258,8 +258,8 @@ TEST(FixedAxes, RefuseWhatMovesAlongThem) {
       "fixed nor prescribed");
   EXPECT_EQ(set(edge, {1, 0, 0}), "accepted");
   EXPECT_EQ(set(edge, {1, 1e-9, 0}),
-            "simulation: velocities: found point 1, which moves along an axis that is fixed, expected zero "
-            "along it");
+            "simulation: velocities: found point 1, which moves along an axis that is fixed, expected a "
+            "velocity of zero along it");
   model.fixed_axes[3] = 8;
   EXPECT_EQ(message([&] { Simulation(Model(model), {}, 1); }),
             "simulation: fixed_axes[3]: found 8, expected a sum of 1 (x), 2 (y) and 4 (z)");

@@ -261,21 +261,25 @@ TEST(ModelChange, IsRefusedWhereThereIsNothingToChange) {
   const auto before = s.save();
   const auto refused = [&](const ModelChange& change) { return error_of([&] { s.change(change); }); };
   EXPECT_EQ(refused({.insert = {0}}),
-            "model change: insert: found 'table', which is there, expected a body that is not there");
+            "model change: insert: found 'table', which is in the simulation already, expected a body that "
+            "was removed, or absent at the start");
   EXPECT_EQ(refused({.remove = {0, 0}}),
-            "model change: remove: found 'table', which is not there, expected a body that is there");
+            "model change: remove: found 'table', which is not in the simulation at present, expected a body "
+            "that is in it");
   EXPECT_EQ(refused({.release_bodies = {7}}),
             "model change: release_bodies: found 7, expected an index below 2");
   EXPECT_EQ(refused({.release_points = {0}}),
             "model change: release_points: found a point of the rigid body 'table', expected the whole body, "
             "or points of one that deforms");
   EXPECT_EQ(refused({.moves = {{{}, {.keyframes = {{}}}}}}),
-            "model change: moves: found no point, expected one or more");
-  EXPECT_EQ(refused({.moves = {{{1}, {}}}}), "motions: [0]: found no keyframe, expected one or more");
+            "model change: moves: found no point, expected one or more points");
+  EXPECT_EQ(refused({.moves = {{{1}, {}}}}),
+            "motions: [0]: found no keyframe, expected one or more keyframes");
   EXPECT_EQ(refused({.untie = {0}}), "model change: untie: found 0, expected an index below 0");
   EXPECT_NE(refused({.ties = {{.point = 0, .tet = 0}}}), "");
-  EXPECT_EQ(refused({.loads = {{.body = 1, .points = {{.points = {0}, .force = {}}}}}}),
-            "model change: loads: found a load without points of 'block', expected points of it");
+  EXPECT_EQ(
+      refused({.loads = {{.body = 1, .points = {{.points = {0}, .force = {}}}}}}),
+      "model change: loads: found a load without points of 'block', expected one or more of its points");
   EXPECT_EQ(s.save(), before);
 }
 

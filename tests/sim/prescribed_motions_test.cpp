@@ -79,7 +79,7 @@ TEST(PrescribedMotions, RefuseBadMotions) {
     return "accepted";
   };
   EXPECT_EQ(message(quarter_turn(), {0, -1}), "accepted");
-  EXPECT_EQ(message({}, {0, 0}), "motions: [0]: found no keyframe, expected one or more");
+  EXPECT_EQ(message({}, {0, 0}), "motions: [0]: found no keyframe, expected one or more keyframes");
   EXPECT_EQ(message(quarter_turn(), {0, 1}),
             "motions: motion_of_point[1]: found 1, expected less than 1, or -1");
   EXPECT_EQ(message(quarter_turn(), {0}),

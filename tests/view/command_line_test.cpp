@@ -107,7 +107,7 @@ TEST_F(ViewOfAMesh, TakesUnitSizeAndDrop) {
 
 TEST_F(ViewOfAMesh, AsksForTheUnitOnATerminal) {
   const std::string agreed = shown({}, "\n");
-  EXPECT_NE(agreed.find("liver.vtu is 210 long: in mm that is 0.21 m and 1.3 kg. Enter"), std::string::npos)
+  EXPECT_NE(agreed.find("liver.vtu is 210 long: in mm, this is 0.21 m and 1.3 kg. Enter"), std::string::npos)
       << agreed;
   EXPECT_NE(agreed.find("liver.vtu in mm: 0.21 m"), std::string::npos) << agreed;
   EXPECT_NE(shown({}, "0.3\n").find("'palpate new liver.vtu --size 0.3' writes this scene"),
@@ -134,8 +134,10 @@ TEST_F(View, RefusesInOneLine) {
   write("picture", "\x89PNG");
   const std::string kinds =
       "expected a scene (.json), a mesh of tets (.vtu .vtk .msh .node .ele .mesh) or the folder of a run";
-  expect_error(2, {"view", "README.md"}, {"README.md: found a file of another kind, " + kinds});
-  expect_error(2, {"view", "picture"}, {"picture: found a file of another kind, " + kinds});
+  expect_error(2, {"view", "README.md"},
+               {"README.md: found a file that is neither a mesh nor a scene, " + kinds});
+  expect_error(2, {"view", "picture"},
+               {"picture: found a file that is neither a mesh nor a scene, " + kinds});
   expect_error(2, {"view", "nothing"}, {"nothing: found no such file or folder, " + kinds});
   expect_error(2, {"view", "skin.stl"}, {"skin.stl: found a surface", "palpate mesh skin.stl"});
   for (const std::vector<std::string>& flag :

@@ -11,7 +11,7 @@ import { Tets } from "./tets";
 /** "body", "depth", "displacement", or the name of a field. */
 export type Colouring = string;
 
-/** Ends of the scale of colours; automatic: they grow with what is shown. */
+/** Ends of the colour scale. Automatic ends grow with the values shown. */
 export interface Scale {
   automatic: boolean;
   least: number;
@@ -53,7 +53,7 @@ class BodyMesh {
     this.update(start);
   }
 
-  /** Weighted by area: of a smooth body those it is drawn with, else made for the asking. */
+  /** Normals of vertices, weighted by area: those for drawing if the body is smooth, else computed on demand. */
   normals(): Float32Array {
     const normals = this.surface.values("normal");
     if (!this.smooth) sumNormals(this.corners, this.surface.values("position"), normals);
@@ -97,7 +97,7 @@ class BodyMesh {
     if (plane) this.face.cut(plane, within.center, 2.1 * within.radius);
   }
 
-  /** The colour of the face of a cut, as the skin would have it. */
+  /** The colour of the face of a cut: that of the body's surface. */
   setFace(colour: Colour, shade = cutShade): void {
     this.face.colour = new three.Color().setRGB(...colour, three.SRGBColorSpace).multiplyScalar(shade);
   }
@@ -122,13 +122,13 @@ export class BodySet {
   readonly scale: Scale = { automatic: true, least: 0, most: 0 };
   private field: Float32Array | null = null;
   private readonly tets: Tets;
-  /** The last frame had inner points. */
+  /** Whether the last frame had inner points. */
   private hasInside = false;
-  /** Names of the bodies that amounts colour; none: those that deform. */
+  /** Names of the bodies that are coloured by amounts; none: deformable bodies. */
   private coloured: readonly string[] = [];
   private readonly light: Float32Array;
   private readonly occlusion = new Occlusion();
-  /** What lies on its negative side is left out, of the bodies that are cut; null: nothing is. */
+  /** The plane of the cut: bodies that are cut lose their part on its negative side; null: no cut. */
   plane: three.Plane | null = null;
   isCut: (body: number) => boolean = () => false;
   private readonly opacities: number[];
@@ -161,7 +161,7 @@ export class BodySet {
     if (this.colouring !== "body") this.colour();
   }
 
-  /** Colours and sections of faces need the inner points. */
+  /** Whether colours or sections need the inner points. */
   get wantsInside(): boolean {
     return this.colouring !== "body" && this.colouring !== "depth";
   }
@@ -184,7 +184,7 @@ export class BodySet {
     return Math.hypot(p[i]! - q[i]!, p[i + 1]! - q[i + 1]!, p[i + 2]! - q[i + 2]!);
   }
 
-  /** Amount that is shown at a vertex or an inner point; NaN where there is none. */
+  /** The amount shown at a vertex or an inner point; NaN if there is none. */
   private amount(corner: number): number {
     const inner = corner >= this.tets.vertices;
     if (this.colouring === "depth") return (inner ? 0 : this.depths[corner]) || NaN;
@@ -192,7 +192,7 @@ export class BodySet {
     return this.field?.[corner] ?? NaN;
   }
 
-  /** Of each body whether amounts colour it: those of the view, else those that deform, else, if none of these is seen, all. */
+  /** For each body, whether amounts colour it: the bodies of the view; without these, deformable bodies; if none of these is visible, all. */
   private areColoured(): boolean[] {
     if (this.coloured.length > 0) return this.meshes.map((mesh) => this.coloured.includes(mesh.info.name));
     // Contacts have their depth on bodies of any kind.
@@ -216,7 +216,7 @@ export class BodySet {
     this.colour();
   }
 
-  /** By what is coloured and seen, with its inside: as in pictures. */
+  /** Fits an automatic scale to the bodies that are coloured and visible, with their inside, as in pictures. */
   private growScale(): void {
     let least = 0;
     let most = 0;
@@ -236,7 +236,7 @@ export class BodySet {
     this.scale.least = Math.min(this.scale.least, -niceAbove(-least));
   }
 
-  /** Writes the colour of an amount of a body as three numbers of sRGB. */
+  /** Writes the colour of an amount of a body as three numbers in sRGB. */
   private write(mesh: BodyMesh, amount: number, colours: Float32Array, place: number): void {
     const { least, most } = this.scale;
     if (Number.isNaN(amount)) colours.set(mesh.info.rigid ? neutral : noValue, place);
@@ -266,7 +266,7 @@ export class BodySet {
     this.colourFaces();
   }
 
-  /** Faces of the cut: the amounts inside, as far as they are known. */
+  /** Colours the faces of the cut by the amounts inside, as far as they are known. */
   private colourFaces(): void {
     const linear = new three.Color();
     const shown = this.colouring !== "body";
@@ -287,7 +287,7 @@ export class BodySet {
     });
   }
 
-  /** Darkens what other bodies keep the light from. */
+  /** Darkens places that other bodies shade. */
   shade(): void {
     this.occlusion.update(this, this.light);
     this.colour();
@@ -318,7 +318,7 @@ export class BodySet {
     return true;
   }
 
-  /** Leaves out what lies on the negative side of a plane, of the bodies of these names or, of none, of all. */
+  /** Sets the plane of the cut, for the bodies of these names; without names, for all. */
   cut(plane: three.Plane | null, names: readonly string[] = []): void {
     this.plane = plane;
     this.isCut = (body) => plane !== null && (names.length === 0 || names.includes(this.meshes[body]!.info.name));
@@ -330,7 +330,7 @@ export class BodySet {
     this.colourFaces();
   }
 
-  /** About all points of some bodies. */
+  /** A ball around all points of some bodies. */
   private sphere(wanted: (body: number) => boolean): three.Sphere {
     const box = new three.Box3();
     const place = new three.Vector3();
@@ -353,12 +353,12 @@ export class BodySet {
     return this.meshes.findIndex((mesh) => mesh.info.vertices[0] <= vertex && vertex < mesh.info.vertices[1]);
   }
 
-  /** Whether a place of a body is seen: the body is shown, and the cut leaves the place. */
+  /** Whether a place of a body is visible: the body is shown, and the cut does not remove the place. */
   shows(body: number, place: three.Vector3): boolean {
     return this.meshes[body]!.front.visible && !(this.isCut(body) && this.plane!.distanceToPoint(place) < 0);
   }
 
-  /** The vertices of what is shown. */
+  /** The vertices of the visible parts of bodies. */
   *shownVertices(): Generator<number> {
     const place = new three.Vector3();
     for (const [body, mesh] of this.meshes.entries()) {
@@ -369,7 +369,7 @@ export class BodySet {
     }
   }
 
-  /** Their positions, 3 numbers each. */
+  /** Positions of these vertices, 3 numbers each. */
   shownPositions(): Float32Array {
     const values: number[] = [];
     for (const v of this.shownVertices()) values.push(this.positions[3 * v]!, this.positions[3 * v + 1]!, this.positions[3 * v + 2]!);

@@ -20,7 +20,7 @@ export class Chart {
     new ResizeObserver(() => this.draw()).observe(canvas);
   }
 
-  /** ms that a step may take. */
+  /** Allowed time of a step, ms. */
   get budget(): number {
     return this.budgetLine;
   }

@@ -7,11 +7,11 @@ function parse(hex: string): Colour {
   return [(value >> 16) / 255, ((value >> 8) & 255) / 255, (value & 255) / 255];
 }
 
-/** Where amounts are shown, of bodies that they do not colour, and where those that they colour have none: as in pictures. */
+/** The colour of bodies that amounts do not colour, and of places without a value, as in pictures. */
 export const neutral: Colour = [0.72, 0.72, 0.74];
 export const noValue: Colour = [0.92, 0.92, 0.93];
 
-/** For amounts: viridis (van der Walt & Smith 2015), dark to light, as in the pictures of `palpate run`. */
+/** The colours for amounts: viridis (van der Walt & Smith 2015), dark to light, as in the pictures of `palpate run`. */
 const amounts = [
   "#440154", "#482475", "#414487", "#355f8d", "#2a788e", "#21908d", "#22a884", "#42be71", "#7ad151", "#bddf26", "#fde725",
 ].map(parse);
@@ -35,10 +35,10 @@ export function css(colour: Colour): string {
   return `rgb(${colour.map((c) => Math.round(255 * c)).join(" ")})`;
 }
 
-/** Of the phases of a step, in their order. */
+/** Colours of the phases of a step, in their order. */
 export const phaseColours = ["#56b4e9", "#0072b2", "#009e73", "#f0e442", "#e69f00", "#cc79a7", "#d55e00"];
 
-/** The smallest of some round numbers that is not below x, for ends of scales: as nice_above() of src/io. */
+/** The smallest of some round numbers that is not below x, for ends of scales; like nice_above() in src/io. */
 export function niceAbove(x: number): number {
   if (!(x > 0)) return 0;
   const power = 10 ** Math.floor(Math.log10(x));
@@ -55,7 +55,7 @@ export function niceBelow(x: number): number {
   return factor * power;
 }
 
-/** Three or four digits, as people write numbers. */
+/** A number with three or four digits, for people. */
 export function short(x: number): string {
   if (x === 0) return "0";
   const size = Math.abs(x);

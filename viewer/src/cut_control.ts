@@ -12,14 +12,14 @@ export class CutControl {
   readonly element: HTMLElement;
   private on = false;
   private axis: Axis = "x";
-  /** Along the axis, from the stage's origin. */
+  /** Position along the axis, from the stage's origin. */
   private place = 0;
   private flip = false;
   /** Names of the bodies that are cut; none: all. */
   private cutBodies: readonly string[] = [];
   /** The direction of the axis "view". */
   private kept = new three.Vector3(0, 0, 1);
-  /** That direction comes from a view of the scene, not from where the eye is. */
+  /** Whether that direction comes from a view of the scene and not from the present camera. */
   private ofView = false;
   private readonly controls: { on: HTMLInputElement; axis: HTMLSelectElement; flip: HTMLInputElement; place: Slider };
 
@@ -57,7 +57,7 @@ export class CutControl {
     this.apply();
   }
 
-  /** The normal leads to the side that is left out. */
+  /** The normal points to the side that is removed. */
   private setPlane(normal: three.Vector3, point: Vector): void {
     const { origin } = this.stage;
     const along = normal.dot(new three.Vector3(...point).sub(new three.Vector3(...origin)));
@@ -95,7 +95,7 @@ export class CutControl {
     return this.axis === "view" ? this.kept : new three.Vector3().setComponent(axes.indexOf(this.axis), 1);
   }
 
-  /** In the coordinates of the scene. */
+  /** The plane in the coordinates of the scene. */
   private shownPlace(place: number): string {
     const origin = this.direction().dot(new three.Vector3(...this.stage.origin));
     const value = place + origin;

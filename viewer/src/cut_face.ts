@@ -3,10 +3,10 @@
 // is drawn.
 import * as three from "three";
 
-/** One square for all faces, placed alike, so that where bodies overlap the faces have the same depth to the bit. */
+/** One square for all faces, always placed in the same way, so that faces of overlapping bodies have exactly the same depth. */
 const square = new three.PlaneGeometry(1, 1);
 
-/** Of faces in one plane the later one is seen: each is this much nearer than the one before, in steps of the depth buffer. */
+/** Of faces in one plane the last one is visible: each is nearer than the one before, by this many steps of the depth buffer. */
 const nearer = 4;
 
 export class CutFace {
@@ -93,7 +93,7 @@ export class CutFace {
     sections.visible = this.seen && this.sectioned;
   }
 
-  /** The square has to hold all that is cut. */
+  /** Makes the square so large that it covers all bodies that are cut. */
   cut(plane: three.Plane, middle: three.Vector3, size: number): void {
     plane.projectPoint(middle, this.face.position);
     this.face.quaternion.setFromUnitVectors(new three.Vector3(0, 0, 1), plane.normal);

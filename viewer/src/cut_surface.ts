@@ -7,9 +7,9 @@ import * as three from "three";
 export class CutSurface {
   readonly geometry = new three.BufferGeometry();
   private readonly count: number;
-  /** What is on the negative side is left out; null: nothing. */
+  /** The plane; the part on its negative side is removed. Null: no cut. */
   plane: three.Plane | null = null;
-  /** Of each point at the plane: the vertex that is kept, the one that is not, and how far it is from the one to the other. */
+  /** For each point on the plane: the vertex that is kept, the one that is removed, and the fraction of the way from the first to the second. */
   private readonly kept: number[] = [];
   private readonly left: number[] = [];
   private readonly fraction: number[] = [];
@@ -32,7 +32,7 @@ export class CutSurface {
     return this.geometry.getAttribute(name)!.array as Float32Array;
   }
 
-  /** After positions or the plane have changed. O(triangles) where it is cut. */
+  /** Call after positions or the plane have changed. O(triangles) with a cut. */
   update(): void {
     this.kept.length = this.left.length = this.fraction.length = 0;
     if (this.plane || !this.whole) this.cutTriangles(this.plane);
@@ -40,7 +40,7 @@ export class CutSurface {
     for (const name of ["position", "normal", "color"]) this.fill(name);
   }
 
-  /** After the values of the vertices have changed: those of the points at the plane are in between. */
+  /** Call after values of vertices have changed: interpolates those of the points on the plane. */
   fill(name: string): void {
     const values = this.values(name);
     for (let i = 0; i < this.kept.length; ++i) {
@@ -50,7 +50,7 @@ export class CutSurface {
     this.geometry.getAttribute(name).needsUpdate = true;
   }
 
-  /** A vertex of the geometry as one of the body: of a point at the plane the one that is kept. */
+  /** The vertex of the body for a vertex of the geometry; for a point on the plane, the vertex that is kept. */
   vertex(index: number): number {
     return index < this.count ? index : this.kept[index - this.count]!;
   }
@@ -63,7 +63,7 @@ export class CutSurface {
     index.needsUpdate = true;
   }
 
-  /** Writes the triangles that are left, and returns how many corners they have. */
+  /** Writes the remaining triangles, and returns the number of their corners. */
   private cutAt({ normal, constant }: three.Plane, index: Uint32Array): number {
     const { above, corners } = this;
     const p = this.values("position");
@@ -88,7 +88,7 @@ export class CutSurface {
     return used;
   }
 
-  /** Where an edge meets the plane. */
+  /** The point where an edge meets the plane. */
   private point(kept: number, left: number): number {
     const key = kept * this.count + left;
     const known = this.points.get(key);

@@ -17,7 +17,7 @@ const lines = 4;
 
 export class ForceChart {
   private samples: Sample[] = [];
-  /** Stored results: the time that is shown. */
+  /** For stored results: the time shown. */
   private mark?: number;
 
   constructor(
@@ -51,7 +51,7 @@ export class ForceChart {
     this.draw();
   }
 
-  /** The bodies that felt most, and the hand. */
+  /** The bodies with the largest forces, and the hand. */
   private shown(): { name: string; colour: string; of: (sample: Sample) => number }[] {
     const peaks = this.stage.bodies.map((_, b) => Math.max(0, ...this.samples.map((s) => s.bodies[b] ?? 0)));
     const order = peaks.map((_, b) => b).filter((b) => peaks[b]! > 0).sort((a, b) => peaks[b]! - peaks[a]!);
@@ -60,7 +60,7 @@ export class ForceChart {
     return list;
   }
 
-  /** The sample that the mark is at, else the last. */
+  /** The sample at the mark; without a mark, the last. */
   private shownSample(): Sample {
     const { mark } = this;
     const next = mark === undefined ? undefined : this.samples.find((s) => s.time >= mark - 1e-9 * Math.abs(mark));

@@ -17,7 +17,7 @@ export class Ground {
     this.object.frustumCulled = false;
   }
 
-  /** What is shown of the bodies casts it. O(vertices). */
+  /** Computes the shadow of the visible parts of bodies. O(vertices). */
   update(bodies: BodySet, up: three.Vector3): void {
     const p = bodies.positions;
     const turn = new three.Quaternion().setFromUnitVectors(new three.Vector3(0, 0, 1), up);
@@ -57,7 +57,7 @@ export class Ground {
   }
 }
 
-/** Means over five neighbours in a row or a column. */
+/** Replaces each value by the mean of five neighbours in a row or a column. */
 function blurred(values: Float32Array, stride: number): Float32Array {
   const out = new Float32Array(values.length);
   for (let i = 0; i < values.length; ++i) {

@@ -2,7 +2,7 @@
 import * as three from "three";
 import type { BodySet } from "./bodies";
 
-/** The nearest vertex that is seen, of the body that is met. */
+/** The body that the ray hits, and its visible vertex nearest to the hit. */
 export interface Hit {
   vertex: number;
   body: number;
@@ -27,7 +27,7 @@ function hitSkin(bodies: BodySet, ray: three.Raycaster): Hit | null {
   return nearest(bodies, body, found.point, [found.face.a, found.face.b, found.face.c].map((v) => begin + surface.vertex(v)));
 }
 
-/** A face of the cut is where the plane is inside of a body; of two that overlap the later one is seen. */
+/** The hit of a face of the cut: a place where the plane is inside a body. If two bodies overlap, the one drawn last. */
 function hitFace(bodies: BodySet, ray: three.Ray): Hit | null {
   const { plane } = bodies;
   const point = plane ? ray.intersectPlane(plane, new three.Vector3()) : null;
@@ -78,7 +78,7 @@ function isInside(corners: Uint32Array, positions: Float32Array, begin: number, 
   return inside;
 }
 
-/** Of the plane of a triangle, above the origin. */
+/** The height above the origin of a triangle's plane. */
 function heightAt(seen: Float64Array, a: number, b: number, c: number): number {
   const corner = (v: number) => new three.Vector3().fromArray(seen, 3 * v);
   const first = corner(a);

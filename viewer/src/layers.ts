@@ -158,7 +158,7 @@ export class Layers {
     return list;
   }
 
-  /** Of each contact an arrow that leads out; its length and colour tell the depth. */
+  /** For each contact an arrow along its direction; length and colour show the depth. */
   private updateArrows(contacts: readonly number[], places: readonly number[]): void {
     const list = this.seen(contacts, places);
     const count = list.length;
@@ -201,7 +201,7 @@ export class Layers {
     if (place) this.marker.set(Float32Array.from(place.toArray()));
   }
 
-  /** From each point that is pulled to where it is pulled; ends[i] are (point, target). */
+  /** Lines from each point that is pulled to its target; ends[i] are (point, target). */
   setPulls(ends: Float32Array): void {
     this.pull.set(ends);
     this.ends.set(ends);

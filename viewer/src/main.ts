@@ -100,7 +100,7 @@ class Page {
     this.reshade();
   }
 
-  /** Fills the frame with what is shown, seen from a direction; without one as it is. */
+  /** Fits the visible parts into the frame, as seen from a direction; without one, from the present direction. */
   private fit(from = this.view.back()): void {
     if (this.bodies) this.view.fit(this.bodies.shownPositions(), from);
   }
@@ -111,7 +111,7 @@ class Page {
     this.view.redraw();
   }
 
-  /** Contacts of the last frame, where other bodies are seen now. */
+  /** Draws the contacts of the last frame again after other bodies became visible. */
   private updateLayers(): void {
     if (this.frame && this.arrays) this.layers?.update(this.frame, this.arrays);
   }
@@ -138,7 +138,7 @@ class Page {
     this.view.redraw();
   }
 
-  /** What stands beside places of the view follows it. */
+  /** Moves the labels that belong to places of the view. */
   private afterDrawing(): void {
     if (this.stage && this.bodies) {
       const ink = getComputedStyle(document.documentElement).getPropertyValue("--ink").trim();
@@ -154,7 +154,7 @@ class Page {
     if (this.stage && this.bodies) this.hover.show(this.stage, this.frame, this.bodies);
   }
 
-  /** Only a frame that has been drawn makes room for the next: nothing can queue up. */
+  /** Asks for a new frame only after a frame was drawn, so that frames never queue up. */
   private tellShown(): void {
     if (!this.frame || this.frame.frame === this.drawn) return;
     this.drawn = this.frame.frame;
@@ -251,7 +251,7 @@ class Page {
     this.send("seek", { frame });
   }
 
-  /** One frame to a side; in a running simulation only forwards. */
+  /** One frame forwards or backwards; in a running simulation only forwards. */
   private stepBy(by: number): void {
     const frame = this.frame?.counts.frame;
     if (frame === undefined) {
@@ -303,7 +303,7 @@ class Page {
     byId("panel-toggle").setAttribute("aria-expanded", String(!closed));
   }
 
-  /** Takes hold of what is at the middle of the view, or lets go. */
+  /** Grabs the place in the middle of the view, or releases it. */
   private toggleHold(): void {
     const crosshair = byId("crosshair");
     if (this.touch.holds) this.touch.letGo();

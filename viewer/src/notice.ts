@@ -17,7 +17,7 @@ export class Notice {
     byId("notice").hidden = true;
   }
 
-  /** What was wrong no longer is. */
+  /** Hides the error after its cause is gone. */
   hideError(): void {
     if (byId("notice").dataset["kind"] === "error") this.hide();
   }

@@ -23,7 +23,7 @@ export class Occlusion {
   private lower = [0, 0, 0];
   private perLength = 1;
 
-  /** Light that reaches each vertex, in (0, 1], into `light`. O(vertices). */
+  /** Writes the light that reaches each vertex, in (0, 1], to `light`. O(vertices). */
   update(bodies: BodySet, light: Float32Array): void {
     this.fill(bodies);
     for (const mesh of bodies.meshes) {
@@ -90,7 +90,7 @@ export class Occlusion {
   }
 }
 
-/** Twice the mean of each vertex and its triangles' other corners: the grid is coarser than the mesh. */
+/** Smooths twice: replaces each value by the mean of the vertex and its neighbours, because the grid is coarser than the mesh. */
 function smooth(corners: Uint32Array, begin: number, light: Float32Array): void {
   const count = corners.reduce((most, v) => Math.max(most, v), 0) + 1;
   const sums = new Float32Array(count);

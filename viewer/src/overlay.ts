@@ -11,10 +11,10 @@ const opposite: Record<string, string> = { L: "R", R: "L", A: "P", P: "A", S: "I
 const sides: Record<string, string> = { L: "left", R: "right", A: "anterior", P: "posterior", S: "superior", I: "inferior" };
 const colours = ["#d1495b", "#2e933c", "#3066be"];
 
-/** Pixels from letter to letter, at least. */
+/** Minimum distance between letters, pixels. */
 const letterSize = 14;
 
-/** An end of an axis, as it is seen: z towards the eye. */
+/** An end of an axis in the view; z points to the eye. */
 interface End {
   direction: three.Vector3;
   letter: string;
@@ -22,7 +22,7 @@ interface End {
   strong: boolean;
 }
 
-/** The three axes as lines from a middle, those that point away behind; anatomical sides where the scene names them. */
+/** The three axes as lines from a centre, those that point away behind the others; with the sides of a patient if the scene names them. */
 export class Triad {
   private readonly context = byId<HTMLCanvasElement>("triad").getContext("2d")!;
   private last = "";
@@ -63,7 +63,7 @@ export class Triad {
     context.globalAlpha = 1;
   }
 
-  /** The nearest first; none over another. */
+  /** Labels, the nearest first; none is drawn over another. */
   private drawLetters(ends: readonly End[], size: number, ink: string): void {
     const context = this.context;
     const taken: [number, number][] = [];
@@ -79,7 +79,7 @@ export class Triad {
   }
 }
 
-/** A bar of a round length, at the depth that is looked at. */
+/** A scale bar with a round length, for the depth at which the camera looks. */
 export function showScaleBar(view: SceneView, units: Units): void {
   const size = niceBelow(140 / view.pixelsPer());
   const unit = unitForPeople(size, units, length);
@@ -89,7 +89,7 @@ export function showScaleBar(view: SceneView, units: Units): void {
   if (bar.textContent !== text) bar.textContent = text;
 }
 
-/** The name of the body under the mouse, and what contacts do to it and what holds it where the server tells. */
+/** The name of the body under the mouse, with the force of its contacts and of what holds it, if the server sends them. */
 export class Hover {
   private body: number | null = null;
   private place = { x: 0, y: 0 };

@@ -13,16 +13,16 @@ import { SettingsPanel } from "./settings_panel";
 export interface PanelActions {
   send(name: string, values?: object): void;
   redraw(): void;
-  /** Other bodies or parts of them are seen. */
+  /** Called when other bodies or parts of them become visible. */
   reshade(): void;
   look(): void;
   viewDirection(): three.Vector3;
   moveMotion(motion: number, time: number): void;
-  /** Fills the frame, seen along the line from a place of the scene to another; from a corner without them. */
+  /** Fits the view to the frame, seen along the line between two places of the scene; without these, from a corner. */
   lookFrom(position?: Vector, target?: Vector): void;
 }
 
-/** What the layers of the view show. */
+/** The data that the layers of the view show. */
 export interface Shown {
   arrows: boolean;
   borders: boolean;
@@ -31,7 +31,7 @@ export interface Shown {
   colouring: Colouring;
 }
 
-/** What a view of the scene shows as colours: its scale (none: automatic) and its bodies. */
+/** The colours of a view of the scene: the scale (none: automatic) and the bodies. */
 function mapOf(view?: ViewInfo): { colouring: Colouring; scale?: { least: number; most: number }; bodies?: readonly string[] } {
   const { displacement, field } = view ?? {};
   if (displacement) return { colouring: "displacement", scale: { least: 0, most: displacement.most }, bodies: displacement.bodies };
@@ -88,7 +88,7 @@ export class Panel {
     return element;
   }
 
-  /** The first view of the scene that shows its bodies as they are; without one, everything. */
+  /** Shows the first view of the scene that colours no amounts; if there is none, all bodies. */
   showFirstView(): void {
     const { views } = this.stage;
     const first = views.findIndex((view) => !view.displacement && !view.field && (view.when ?? "end") === "end");
@@ -117,7 +117,7 @@ export class Panel {
       this.layer("Contacts: direction and depth", "arrows"), edges);
   }
 
-  /** With the scale and the bodies of that view of the scene, else of the first view that shows the same. */
+  /** Uses the scale and the bodies of that view of the scene, or of the first view with the same colours. */
   setColouring(colouring: Colouring, view?: ViewInfo): void {
     this.shown.colouring = colouring;
     (document.getElementById("colouring") as HTMLSelectElement).value = colouring;
@@ -218,7 +218,7 @@ export class Panel {
     return element;
   }
 
-  /** Shows what a view of the scene shows; without one, everything. */
+  /** Shows a view of the scene; without one, all bodies. */
   private applyView(view?: ViewInfo): void {
     const shown = view?.bodies ?? [];
     this.stage.bodies.forEach((body, i) => this.fades[i]!(shown.length === 0 || shown.includes(body.name) ? 1 : 0));

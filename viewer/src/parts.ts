@@ -69,7 +69,7 @@ export interface Slider {
   range(low: number, high: number): void;
 }
 
-/** A slider with its value; `show` and `logarithmic` say how the value reads and grows. */
+/** A slider with its value; `show` formats the value, `logarithmic` sets its scale. */
 export function slider(options: {
   id?: string;
   low: number;

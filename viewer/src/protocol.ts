@@ -15,7 +15,7 @@ export interface BodyInfo {
   color: Vector;
 }
 
-/** A view that the scene asks pictures of (docs/scene.md). */
+/** A view for which the scene asks for pictures (docs/scene.md). */
 export interface ViewInfo {
   name: string;
   camera?: { position?: Vector; target?: Vector };
@@ -39,7 +39,7 @@ export interface MotionInfo {
   body: number;
 }
 
-/** What can change while a simulation runs: a block of the scene format. */
+/** The settings that can change while a simulation runs: a block of the scene format. */
 export interface Settings {
   gravity?: Vector;
   contact?: Record<string, unknown>;
@@ -56,7 +56,7 @@ export interface Stage {
   bodies: BodyInfo[];
   motions: MotionInfo[];
   views: ViewInfo[];
-  /** Towards which side of the patient x, y and z point: "LPS". */
+  /** The sides of the patient to which x, y and z point, such as "LPS". */
   axes?: string;
   fields?: FieldInfo[];
   forces?: ForceHistory;
@@ -73,7 +73,7 @@ export interface Pulled {
   vertex: number;
   target: Vector;
   force: Vector;
-  /** What the tissue there can take. */
+  /** The largest force that the tissue there can bear. */
   most: number;
 }
 
@@ -86,7 +86,7 @@ export interface DrivenMotion {
   /** Times of its path. */
   begin: number;
   end: number;
-  /** What the motor gives while it is held. */
+  /** The force of the motor while the body is held. */
   force?: Vector;
 }
 
@@ -95,12 +95,12 @@ export interface Wrench {
   torque: Vector;
 }
 
-/** What contacts do to a body, and what holds it where that is known. */
+/** The force and torque of contacts on a body, and of what holds it if that is known. */
 export interface BodyWrench extends Wrench {
   held?: Wrench;
 }
 
-/** Sizes of the contact forces on the bodies over a run that is stored. */
+/** The size of the contact force on each body over a stored run. */
 export interface ForceHistory {
   times: number[];
   bodies: number[][];
@@ -194,7 +194,7 @@ export interface Listener {
   connected(open: boolean): void;
 }
 
-/** The connection to the server; opens itself again when it breaks. */
+/** The connection to the server; it opens again after it breaks. */
 export class Connection {
   private socket?: WebSocket;
   private wait = 250;
@@ -242,7 +242,7 @@ export class Connection {
     }
   }
 
-  /** Sends a command; false where there is no connection. */
+  /** Sends a command; returns false without a connection. */
   send(name: string, values: object = {}): boolean {
     if (this.socket?.readyState !== WebSocket.OPEN) return false;
     this.socket.send(JSON.stringify({ [name]: values }));

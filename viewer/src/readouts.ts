@@ -10,11 +10,11 @@ import { force, forceText, inWords, length, unitForPeople, type UnitForPeople } 
 interface Held {
   force: readonly number[];
   place: three.Vector3;
-  /** What the tissue can take, for a pull. */
+  /** For a pull: the largest force that the tissue can bear. */
   most?: number;
 }
 
-/** What is held: pulls, of all pages, and bodies with a prescribed motion that a hand leads. */
+/** What users hold: pulls of all pages, and bodies with a prescribed motion that are moved by hand. */
 function heldIn(frame: Frame, stage: Stage, bodies: BodySet): Held[] {
   const pulls = (frame.counts.pulls ?? []).map((pull) => ({ force: pull.force, place: bodies.vertex(pull.vertex), most: pull.most }));
   const driven = (frame.counts.driven ?? []).flatMap((motion, i) =>
@@ -29,10 +29,10 @@ function middleOf(body: number, bodies: BodySet): three.Vector3 {
   return place.divideScalar(end - begin);
 }
 
-/** At the limit the spring gives what the tissue can take, less what its damper keeps. */
+/** At the limit, the spring has the force that the tissue can bear, minus that of its damper. */
 const nearLimit = 0.97;
 
-/** The force on all that is held, beside it. */
+/** Shows the force on each point or body that is held, next to it. */
 export function showTags(frame: Frame, stage: Stage, bodies: BodySet, view: SceneView): void {
   const held = heldIn(frame, stage, bodies);
   const tags = byId("tags");
@@ -50,7 +50,7 @@ function showTag(tag: HTMLElement, held: Held, stage: Stage, view: SceneView): v
   tag.style.transform = `translate(${left}px, ${y - 30}px)`;
 }
 
-/** What there is to say of a picked vertex. */
+/** The values at a picked vertex, as text. */
 export function pickedLines(vertex: number | null, frame: Frame | undefined, stage: Stage, bodies: BodySet): [string, string][] {
   if (vertex === null) return [];
   const unit = unitForPeople(stage.diagonal, stage.units, length);
@@ -70,7 +70,7 @@ export function pickedLines(vertex: number | null, frame: Frame | undefined, sta
   return lines;
 }
 
-/** What is shown as colours, and the unit that people read it in. */
+/** The quantity that colours show, and its unit of display. */
 export function shownAmount(stage: Stage, bodies: BodySet): { title: string; unit: UnitForPeople } {
   const field = stage.fields?.find((f) => f.name === bodies.colouring);
   const { least, most } = bodies.scale;
@@ -102,7 +102,7 @@ function stageText({ counts: { plan } }: Frame, { stages = [] }: Stage): string 
   return plan.done ? ", all stages done" : `, stage ${plan.stage} (${plan.number} of ${stages.length})`;
 }
 
-/** Simulated time; for developers how many frames and bytes come in a second. */
+/** Simulated time; for developers also frames and bytes per second. */
 export class Rate {
   private time = performance.now();
   private bytes = 0;

@@ -8,7 +8,7 @@ function save(blob: Blob, name: string): void {
   setTimeout(() => URL.revokeObjectURL(link.href), 10000);
 }
 
-/** Saves what the canvas shows; `draw` must have drawn in this turn of the event loop. */
+/** Saves the content of the canvas; `draw` must have drawn in this turn of the event loop. */
 export function savePicture(canvas: HTMLCanvasElement, name: string): void {
   canvas.toBlob((blob) => blob && save(blob, `${name}.png`), "image/png");
 }

@@ -1,28 +1,28 @@
 // Reduces the resolution while the picture moves on slow machines; full resolution as soon as it is still.
 
-/** A picture that takes longer is slow, ms. */
+/** A picture that takes longer than this is slow, ms. */
 const slowPicture = 34;
 const patience = 5;
 const rest = 350;
 
 export class Resolution {
-  /** Share of the pixels along each side. */
+  /** Fraction of the pixels along each side. */
   fraction = 1;
   private slow = 0;
   private began = 0;
   private timer = 0;
 
-  /** @param changed  called when the fraction is another */
+  /** @param changed  called when the fraction has changed */
   constructor(private readonly changed: () => void) {}
 
-  /** A picture begins to be drawn. */
+  /** Call when drawing of a picture begins. */
   draws(): void {
     this.began = performance.now();
     clearTimeout(this.timer);
     if (this.fraction < 1) this.timer = window.setTimeout(() => this.set(1), rest);
   }
 
-  /** The browser is ready for the next. */
+  /** Call when the browser is ready for the next picture. */
   ready(): void {
     if (this.began === 0) return;
     const took = performance.now() - this.began;

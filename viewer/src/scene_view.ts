@@ -3,10 +3,10 @@ import * as three from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { Resolution } from "./resolution";
 
-/** Share of the frame that is filled. */
+/** Fraction of the frame that is filled. */
 const fill = 0.86;
 
-/** Where to look, and from how far, so that points are within slopes across and up. Axes: right, up, back. */
+/** The place to look at and the distance of the camera, so that all points are within the slopes across and up. Axes: right, up, back. */
 function framed(points: Float32Array, axes: [three.Vector3, three.Vector3, three.Vector3], across: number, up: number): { middle: three.Vector3; distance: number } {
   const point = new three.Vector3();
   const least = [Infinity, Infinity];
@@ -40,17 +40,17 @@ export class SceneView {
   readonly renderer: three.WebGLRenderer;
   private stale = true;
   private readonly resolution = new Resolution(() => this.resize());
-  /** Beside the eye, so that what is looked at is never dark. */
+  /** A light beside the camera, so that the visible side is never dark. */
   private readonly lamp = new three.DirectionalLight(0xfff6ea, 1.6);
-  /** Above the scene: its shadows tell what lies over what. */
+  /** A light above the scene: its shadows show which body is over which. */
   private readonly sun = new three.DirectionalLight(0xffffff, 1.0);
   private readonly sky = new three.HemisphereLight(0xf4f8ff, 0x9a8f86, 1.25);
   /** Called before and after each picture is drawn. */
   beforeDrawing: () => void = () => {};
   drawn: () => void = () => {};
-  /** Called when the view has another size. */
+  /** Called when the size of the view has changed. */
   resized: () => void = () => {};
-  /** The user has turned or shifted the view since it was last fitted. */
+  /** Whether the user has rotated or moved the view since it was last fitted. */
   isMoved = false;
   private inHand = false;
 
@@ -112,14 +112,14 @@ export class SceneView {
     this.redraw();
   }
 
-  /** The direction that is up: against gravity. */
+  /** The direction that is drawn upwards: against gravity. */
   setUp(gravity: three.Vector3): void {
     const up = gravity.lengthSq() > 0 ? gravity.clone().negate().normalize() : new three.Vector3(0, 0, 1);
     this.camera.up.copy(up);
     this.sky.position.copy(up);
   }
 
-  /** Casts the shadows anew, of what is in a ball. */
+  /** Updates the shadows of all bodies inside a ball. */
   castShadows({ center, radius }: three.Sphere): void {
     const up = this.camera.up;
     const side = this.corner().addScaledVector(up, -0.55);
@@ -139,19 +139,19 @@ export class SceneView {
     this.renderer.shadowMap.needsUpdate = true;
   }
 
-  /** From what is looked at to the eye. */
+  /** The direction from the place that the camera looks at to the camera. */
   back(): three.Vector3 {
     return this.camera.position.clone().sub(this.controls.target);
   }
 
-  /** From a corner, a little from above. */
+  /** Looks from a corner, a little from above. */
   corner(): three.Vector3 {
     const up = this.camera.up;
     const side = Math.abs(up.z) > 0.7 ? new three.Vector3(0.75, -1, 0) : new three.Vector3(0.75, 0, 1);
     return side.addScaledVector(up, -side.dot(up)).normalize().addScaledVector(up, 0.55);
   }
 
-  /** Fills the frame with points (3 numbers each), seen from a direction. */
+  /** Fits points (3 numbers each) into the frame, as seen from a direction. */
   fit(points: Float32Array, from: three.Vector3): void {
     if (points.length === 0) return;
     this.isMoved = false;
@@ -170,13 +170,13 @@ export class SceneView {
     this.redraw();
   }
 
-  /** Pixels of a length at the place that is looked at. */
+  /** The length in pixels of a length at the place that the camera looks at. */
   pixelsPer(): number {
     const distance = this.camera.position.distanceTo(this.controls.target);
     return this.canvas.clientHeight / (2 * distance * Math.tan((Math.PI / 360) * this.camera.fov));
   }
 
-  /** Turns the view by angles about the vertical and the horizontal, radians. */
+  /** Rotates the view by angles about the vertical and the horizontal, radians. */
   turn(sideways: number, upwards: number): void {
     this.isMoved = true;
     const turn = new three.Quaternion().setFromUnitVectors(this.camera.up, new three.Vector3(0, 1, 0));

@@ -21,7 +21,7 @@ interface Field {
 }
 
 export class SettingsPanel {
-  /** What users set, and what only developers of the contact query do. */
+  /** The settings for users, and those only for developers of the contact query. */
   readonly element: HTMLDetailsElement;
   readonly developer: HTMLElement = make("div");
   private readonly updates: ((settings: Settings) => void)[] = [];
@@ -66,7 +66,7 @@ export class SettingsPanel {
     this.change({ contact: { [key]: value } });
   }
 
-  /** Gravity keeps its direction; where there is none it is along -z. */
+  /** Sets the size of gravity; its direction stays, and is -z if there is none. */
   private addGravity(): void {
     const start = this.stage.settings.gravity ?? [0, 0, 0];
     const size = Math.hypot(...start);
@@ -116,7 +116,7 @@ export class SettingsPanel {
     (field.developer ? this.developer : this.element).append(row(field.label, word), line);
   }
 
-  /** How long all detections of a step may take. */
+  /** The time budget for all detections of a step. */
   private addBudget(): void {
     const set = (ms: number | null) => this.change({ contact: { budget: ms === null ? null : { milliseconds: ms } } });
     const given = (settings: Settings) => (settings.contact?.["budget"] as { milliseconds?: number } | undefined)?.milliseconds;

@@ -4,7 +4,7 @@ import type { BodySet } from "./bodies";
 import { Ground } from "./ground";
 import type { SceneView } from "./scene_view";
 
-/** They follow a motion this much later, ms: they are soft, and cost as much as a frame. */
+/** Delay with which shadows follow a motion, ms: they are soft, and cost as much as a frame. */
 const patience = 400;
 
 export class Shadows {
@@ -23,7 +23,7 @@ export class Shadows {
     this.stale = true;
   }
 
-  /** The bodies have moved. */
+  /** Call when the bodies have moved. */
   moved(): void {
     if (performance.now() - this.made > patience) this.stale = true;
   }

@@ -19,7 +19,7 @@ export function sumNormals(corners: Uint32Array, p: Float32Array, normals: Float
   }
 }
 
-/** Whether a body is meant to be smooth: none of it is quite flat, as boxes are, and its triangles turn little. */
+/** Whether a body is meant to be smooth: no part of it is flat as in a box, and neighbouring triangles have similar normals. */
 export function isRound(corners: Uint32Array, p: Float32Array): boolean {
   const flatAngle = 0.01;
   const flatFraction = 0.05;

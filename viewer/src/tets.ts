@@ -13,7 +13,7 @@ export class Tets {
   private readonly corners: Int32Array;
   private readonly innerRest: Float32Array;
   private inner: Float32Array;
-  /** Of each body its tets, and its inner points. */
+  /** For each body its tets and its inner points. */
   private readonly tets: [number, number][] = [];
   readonly innerPoints: [number, number][] = [];
   readonly vertices: number;
@@ -31,7 +31,7 @@ export class Tets {
     }
   }
 
-  /** Takes positions of inner points where a frame has them; tells whether it has. */
+  /** Copies the positions of inner points if a frame has them; returns whether it has. */
   update(arrays: Arrays): boolean {
     const inner = arrays["inner"] as Float32Array | undefined;
     if (inner) this.inner = inner;

@@ -10,9 +10,9 @@ export interface Hand {
   stage(): Stage;
   bodies(): BodySet;
   send(name: string, values?: object): void;
-  /** A vertex was picked, or nothing. */
+  /** Called when a vertex, or nothing, was picked. */
   picked(vertex: number | null): void;
-  /** A body is under the mouse, or none; pixels from the corner of the view. */
+  /** Called when a body, or none, is under the mouse; in pixels from the corner of the view. */
   hover(body: number | null, x: number, y: number): void;
   strength(): number;
   /** None where nothing moves the body in this stage. */
@@ -61,7 +61,7 @@ export class Touch {
     this.view.canvas.setPointerCapture(event.pointerId);
   }
 
-  /** Takes hold of what is at a place of the page; false where there is nothing that moves. */
+  /** Grabs what is at a place of the page; returns false if nothing there can move. */
   take(x: number, y: number): boolean {
     if (this.hand.stage().mode !== "live") return false;
     const bodies = this.hand.bodies();
@@ -94,7 +94,7 @@ export class Touch {
     else this.hand.send("drive_motion", { motion: this.grip.motion, offset: array(offset.add(this.grip.offset)) });
   }
 
-  /** At most once in a while: a look through all triangles costs as much as a frame. */
+  /** Limits how often this is done, because a search through all triangles costs as much as a frame. */
   private lookUnder(event: PointerEvent): void {
     if (event.pointerType === "touch") return;
     if (event.buttons !== 0) return this.hand.hover(null, 0, 0);
@@ -113,7 +113,7 @@ export class Touch {
     this.hand.send("move_pull", { target: array(target) });
   }
 
-  /** Moves what is held by parts of the scene's size, along the screen: for keys. */
+  /** Moves what is held by fractions of the scene's size, along the screen; for keys. */
   nudge(right: number, up: number): void {
     const grip = this.grip;
     if (!grip || grip.kind !== "pull") return;

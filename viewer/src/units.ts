@@ -18,13 +18,13 @@ const exponents: Record<string, number> = {
 const prefixes = ["p", "n", "µ", "m", "", "k", "M", "G"];
 const names: [Dimension, string][] = [[force, "N"], [torque, "N m"], [[1, -1, -2], "Pa"]];
 
-/** A unit, and how many of it a number of the scene is. */
+/** A unit, and the factor from a number of the scene to it. */
 export interface UnitForPeople {
   factor: number;
   name: string;
 }
 
-/** The unit in which people read amounts of about this size. What has no name of its own stays in the scene's units. */
+/** The unit of display for amounts of about this size. Units without a name of their own stay those of the scene. */
 export function unitForPeople(size: number, units: Units, dimension: Dimension): UnitForPeople {
   const [mass, length, time] = dimension;
   if (mass === 0 && length === 0 && time === 0) return { factor: 1, name: "" };
@@ -38,7 +38,7 @@ export function unitForPeople(size: number, units: Units, dimension: Dimension):
   return { factor: 10 ** (exponent - 3 * step), name: prefixes[step + 4]! + name };
 }
 
-/** Below a tenth of a metre people read millimetres, where the scene's unit is not a smaller one. */
+/** Lengths below a tenth of a metre are shown in millimetres, unless the unit of the scene is smaller. */
 function unitOfLength(size: number, name: string): UnitForPeople {
   const exponent = exponents[name]!;
   const metres = Math.abs(size) * 10 ** exponent;
