@@ -44,8 +44,8 @@ class ClusteredCrossings {
 
   /// The crossings found, in arbitrary order, but the same for every thread count.
   [[nodiscard]] std::span<const EdgeInTriangle> found() const { return found_; }
-  /// Counts of the last find(). Its candidates are pairs of an edge and a triangle of the penetrated body: the
-  /// box of the edge meets the box of the triangle's cluster.
+  /// Counts of the last find(). Its candidates are pairs of an edge and a triangle of the penetrated body:
+  /// the box of the edge meets the box of the triangle's cluster.
   [[nodiscard]] QueryTally tally() const { return total(tallies_); }
   [[nodiscard]] std::size_t bytes() const {
     return grid_.bytes() + 7 * row_[0].capacity() * sizeof(std::int32_t);

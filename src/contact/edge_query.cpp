@@ -235,9 +235,10 @@ void EdgeQuery::test_fresh(const Frame& frame) {
               [&](std::size_t begin, std::size_t end, std::vector<EdgeTriangle>& found) {
                 for (std::size_t i = begin; i < end; ++i) {
                   if (at(unlisted_, facing_[i].pair).margin > 0.0) continue;
-                  for (std::size_t near = fresh_begin_[i]; near < fresh_begin_[i + 1]; ++near)
+                  for (std::size_t near = fresh_begin_[i]; near < fresh_begin_[i + 1]; ++near) {
                     if (near_[near].touching != 0)
                       test_exactly(frame, facing_[i].clusters, near_[near], found);
+                  }
                 }
               });
   lists_.make_even_room();

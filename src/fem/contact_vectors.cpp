@@ -151,8 +151,8 @@ double ContactSolver::find_rates(const Run& run, std::size_t d) {
   });
 }
 
-/// Stores the impulses of the contacts at the present step (the coefficients c of the directions), minus those
-/// at c = 0.
+/// Stores the impulses of the contacts at the present step (the coefficients c of the directions), minus
+/// those at c = 0.
 void ContactSolver::put_forces(const Run& run) {
   const std::size_t first = run.problem.couplings.size() - run.problem.laws.size();
   resize_with_room(forces_, run.problem.couplings.size());

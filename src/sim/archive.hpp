@@ -149,8 +149,7 @@ class ArchiveReader : public Archive<ArchiveReader> {
     std::uint64_t count = 0;
     (*this)(count);
     if (count > bytes_.size() - place_)
-      fail("a list of " + std::to_string(count) + " items",
-           "a length for which the remaining bytes suffice");
+      fail("a list of " + std::to_string(count) + " items", "a length for which the remaining bytes suffice");
     return static_cast<std::size_t>(count);
   }
   std::span<const std::byte> next(std::size_t size) {
