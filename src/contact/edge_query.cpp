@@ -36,7 +36,7 @@ double unit_of(const Bodies& bodies) {
   for (const Edge& edge : bodies.edges())
     sum += length(at(bodies.points_rest(), edge[1]) - at(bodies.points_rest(), edge[0]));
   const double mean = sum / std::max(1.0, static_cast<double>(bodies.edges().size()));
-  return mean > 0.0 ? std::exp2(std::floor(std::log2(mean))) : 1.0;
+  return mean > 0.0 ? std::ldexp(1.0, std::ilogb(mean)) : 1.0;
 }
 
 }  // namespace
@@ -231,6 +231,8 @@ void EdgeQuery::test_exactly(const Frame& frame, const IndexPair& clusters, cons
 
 /// The pairs without a list.
 void EdgeQuery::test_fresh(const Frame& frame) {
+  const std::size_t chunks = parallel::chunk_count(facing_.size(), facing_of_chunk);
+  lists_.make_room_in_all(chunks + chunks / 2 + 1, 4 * facing_of_chunk);
   lists_.fill(frame.threads, facing_.size(), facing_of_chunk,
               [&](std::size_t begin, std::size_t end, std::vector<EdgeTriangle>& found) {
                 for (std::size_t i = begin; i < end; ++i) {
@@ -280,6 +282,7 @@ void EdgeQuery::test_listed(const Frame& frame) {
   begin_.push_back(0);
   for (const NearPair& pair : pairs_) begin_.push_back(begin_.back() + pair.groups.size());
   const std::size_t chunks = parallel::chunk_count(begin_.back(), groups_of_chunk);
+  lists_.make_room_in_all(chunks + chunks / 2 + 1, 4 * groups_of_chunk);
   lists_.fill(frame.threads, begin_.back(), groups_of_chunk,
               [&](std::size_t begin, std::size_t end, std::vector<EdgeTriangle>& found) {
                 FacingClusters facing(frame.facing);

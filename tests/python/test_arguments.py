@@ -93,6 +93,7 @@ CALLS = {
     "SimulationBody.move": (lambda: SIMULATION.bodies[0].move, {"motion": MOTION, "points": [7]}),
     "SimulationBody.move_to": (lambda: SIMULATION.bodies[1].move_to, {"pose": ABOUT, "quaternion": (1, 0, 0, 0)}),
     "SimulationBody.reaction": (lambda: SIMULATION.bodies[1].reaction, {"about": ABOUT}),
+    "Simulation.tissue_at_points": (lambda: SIMULATION.tissue_at_points, {"of_tets": SIMULATION.tissue()}),
     "SimulationBody.release": (lambda: SIMULATION.bodies[0].release, {"points": [5]}),
     "SimulationBody.set_forces": (lambda: SIMULATION.bodies[0].set_forces, {"forces": ABOUT, "points": [5]}),
     "SimulationBody.set_motion": (lambda: SIMULATION.bodies[1].set_motion, {"motion": MOTION}),
