@@ -22,6 +22,9 @@ constexpr std::size_t facing_of_chunk = 32;
 constexpr double detections = 12.0;
 constexpr double most_room = 0.4;
 constexpr double least_room = 1e-3;
+/// Number of detections after its own that a list must serve. Making it costs about as much as to test all
+/// near edges without one.
+constexpr std::size_t fewest_served = 2;
 /// Least number of detections that the margin must cover; faster pairs are listed each time.
 constexpr double fewest_detections = 3.0;
 /// Number of lists without a margin after a margin that did not pay; four times as many each time.
@@ -129,7 +132,7 @@ void EdgeQuery::pair_bodies(const Frame& frame) {
 /// Plans the next list of a pair from its last one: its margin, or 0 for none.
 double EdgeQuery::room_for(NearPair& pair) const {
   if (pair.room > 0.0) {
-    const bool paid = pair.near.size() <= pair.served * pair.bare;
+    const bool paid = pair.served >= fewest_served;
     pair.patience = paid ? shortest_patience : std::min(4 * pair.patience, longest_patience);
     pair.left_bare = paid ? 0 : pair.patience;
   }
@@ -156,7 +159,6 @@ void EdgeQuery::list_again(const Frame& frame) {
     pair.room = room_for(pair);
     pair.moved = 0.0;
     pair.served = 0;
-    if (pair.room == 0.0) pair.bare = 0;
     pair.groups.clear();
     pair.near.clear();
     unlisted_.push_back({pair.bodies, pair.room});
@@ -203,7 +205,6 @@ void EdgeQuery::take_lists() {
     const std::size_t size = sizes_[i];
     fresh_begin_.push_back(begin + size);
     NearPair& pair = pairs_[at(unlisted_pairs_, facing_[i].pair)];
-    if (pair.room == 0.0) pair.bare += size;
     if (pair.room == 0.0 || size == 0) continue;
     make_room(pair.groups, pair.groups.size() + 1);
     make_room(pair.near, pair.near.size() + size);

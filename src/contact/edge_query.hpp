@@ -66,7 +66,6 @@ class EdgeQuery {
     double room = -1.0;  ///< relative motion for which the list is complete, m; not above 0: there is none
     // Whether a margin pays: it makes the list longer, so the list must serve for more detections.
     std::size_t served = 0;  ///< detections since it was listed
-    std::size_t bare = 0;    ///< near edges of the last detection without a list
     int left_bare = 1;       ///< detections without a list before it is tried again
     int patience = 8;        ///< the value of left_bare after the last try
     std::vector<Group> groups;
