@@ -53,9 +53,10 @@ fs::path scene_path(const NewOptions& options) {
   const fs::path folder = path.parent_path();
   if (!folder.empty() && !fs::is_directory(folder, ignored))
     throw BadInput("--out", "", "no folder '" + folder.string() + "'", "an existing folder");
-  if (!options.replace && fs::exists(path, ignored))
+  if (!options.replace && fs::exists(path, ignored)) {
     throw BadInput(path.string(), "", "an existing file",
                    "a new name (--out), or --replace to write over the file");
+  }
   return path;
 }
 
