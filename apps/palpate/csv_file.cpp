@@ -74,9 +74,10 @@ void CsvFile::flush() {
   }
   // Writing to a removed file succeeds, but its content would be lost.
   struct stat status {};
-  if (::fstat(descriptor_, &status) == 0 && status.st_nlink == 0)
+  if (::fstat(descriptor_, &status) == 0 && status.st_nlink == 0) {
     throw Error(path_.string(), "writing", "that the file was removed during the run",
                 "the file that the run created");
+  }
   lines_.clear();
   flushed_ = std::chrono::steady_clock::now();
 }

@@ -59,9 +59,10 @@ Begin begin_anew(const RunOptions& options) {
   options.detection.apply(scene.settings.detection);
   scene.output.every = options.every.value_or(scene.output.every);
   scene.output.report = scene.output.report || options.report;
-  if (options.until_rest && !scene.stages.empty())
+  if (options.until_rest && !scene.stages.empty()) {
     throw BadInput("--until-rest", "", "a scene with stages",
                    "no --until-rest: each stage has its own condition to end");
+  }
   begin.folder = options.out.value_or(fs::path("results") / folder_name(scene.name));
   begin.plan = {.scene_file = options.scene.file.string(),
                 .scene = write_scene(scene),

@@ -215,9 +215,10 @@ PolygonFile read_ply(const std::string& source, std::string_view bytes) {
   io::TextScanner text(source, bytes);
   Encoding encoding{};
   const std::vector<Element> elements = take_header(text, encoding);
-  if (std::ranges::count(elements, "vertex", &Element::name) != 1)
+  if (std::ranges::count(elements, "vertex", &Element::name) != 1) {
     throw Error(source, "header", "no element vertex, or more than one",
                 "one element vertex, with x, y and z");
+  }
   const Element& vertex = *std::ranges::find(elements, "vertex", &Element::name);
   require_coordinates(vertex, source);
   Numbers numbers(text, encoding);

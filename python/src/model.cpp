@@ -134,9 +134,10 @@ void Model::attach(Index body, std::span<const Index> points, Index to, std::opt
     throw Error("Model.attach", "to", "body " + std::to_string(to) + ", which is rigid and has no motion",
                 "a body with a motion, or one that deforms");
   }
-  if (stiffness)
+  if (stiffness) {
     throw Error("Model.attach", "stiffness", "a stiffness, although the other body is rigid",
                 "None: points are glued to a rigid body");
+  }
   follow(tissue, points, motion, "Model.attach");
 }
 

@@ -34,9 +34,10 @@ Parted parted(std::span<const std::byte> saved) {
   if (saved.size() < sizeof size) throw Error("saved state", "", "too few bytes", "what save() returned");
   ArchiveReader last(saved.last(sizeof size), "saved state");
   last(size);
-  if (size > saved.size())
+  if (size > saved.size()) {
     throw Error("saved state", "", "the state of a simulation without stages",
                 "the state of a simulation with stages");
+  }
   Parted parts{saved.first(size), {}, {}};
   ArchiveReader reader(saved.subspan(size), "saved state");
   reader(parts.progress, parts.outcomes, size);

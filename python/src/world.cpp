@@ -54,9 +54,10 @@ void World::clear_results() {
 
 const Detector& World::updated() const {
   busy_.check("World");
-  if (!has_results_)
+  if (!has_results_) {
     throw Error("World", "", "that update() was not called for these bodies",
                 "a call of update(positions) before this one");
+  }
   return *detector_;
 }
 

@@ -113,9 +113,10 @@ void DetectionBudget::end(const DetectionTimes& times, std::size_t spared, Clust
   const double after = times.contacts - points_seconds_ + times.border_edges + times.crossings + times.depth;
   // An interrupted detection must not look cheap, or the next one would plan too much. A sample without
   // contacts has no information on their cost.
-  if (counts.contacts > 0)
+  if (counts.contacts > 0) {
     later_phases_.add(work_of(counts.contacts, spared),
                       refining_.passed() ? unrefined_factor * after : after);
+  }
   counts.late_clusters = 0;
   counts.completeness = 1.0;
   std::size_t all = 0;

@@ -11,9 +11,10 @@ std::vector<double> cell_data_of(const Scene& scene, const CellDataOfBody& wante
   const auto* const file = std::get_if<MeshFile>(&scene.bodies[wanted.body].source);
   if (file == nullptr)
     throw Error(scene.source, wanted.key, "this key in a body without a mesh file", "a body with 'mesh'");
-  if (!read_cells)
+  if (!read_cells) {
     throw Error(scene.source, wanted.key, "no function to read cell data with",
                 "one (the argument read_cells)");
+  }
   std::vector<double> data;
   try {
     data = read_cells(scene.folder / file->path, wanted.name, wanted.components);

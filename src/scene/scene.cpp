@@ -72,9 +72,10 @@ void check_views(const Scene& scene) {
   for (std::size_t i = 0; i < scene.output.views.size(); ++i) {
     const View& view = scene.output.views[i];
     const std::string path = element_path("output.views", i);
-    if (!names.insert(view.name).second)
+    if (!names.insert(view.name).second) {
       throw Error(scene.source, path + ".name", "'" + view.name + "' for the second time",
                   "a name that no other has");
+    }
     check_known(scene, view.bodies, path + ".bodies");
     if (view.cut) check_known(scene, view.cut->bodies, path + ".cut.bodies");
     if (view.displacement) check_known(scene, view.displacement->bodies, path + ".displacement.bodies");

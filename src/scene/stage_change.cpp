@@ -57,9 +57,10 @@ class StageReader {
   void read_presence() {
     for (std::size_t i = 0; i < stage_->insert.names.size(); ++i) {
       const Index body = named(stage_->insert.names[i]);
-      if (at(absent_, body) == 0)
+      if (at(absent_, body) == 0) {
         fail(key("insert", i), "'" + of_scene(body).name + "', which is in the scene already",
              "a body that was removed, or starts with \"absent\": true");
+      }
       at(absent_, body) = 0;
       changes_.fixed.insert.push_back(body);
     }
@@ -95,9 +96,10 @@ class StageReader {
       return;
     }
     const Index body = present(release.body, where + ".body");
-    if (!of_scene(body).material)
+    if (!of_scene(body).material) {
       fail(where + ".body", "'" + release.body + "', which has no material",
            "a body with a material, so that it can deform");
+    }
     check_unattached(body, where + ".body");
     at(rigid_, body) = 0;
     changes_.fixed.release_bodies.push_back(body);
@@ -160,9 +162,10 @@ class StageReader {
   [[nodiscard]] std::vector<Index> part_of(const StageBody& part, const std::string& where) const {
     const Index body = present(part.body, where + ".body");
     if (part.part) {
-      if (at(rigid_, body) != 0)
+      if (at(rigid_, body) != 0) {
         fail(where + ".part", "a part of the rigid body '" + part.body + "'",
              "no 'part': a rigid body moves as a whole");
+      }
       return selected_of(body, part.part->points, where + ".part");
     }
     const Range range = at(bodies_.bodies(), body).points;

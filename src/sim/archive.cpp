@@ -37,9 +37,10 @@ std::span<const std::byte> unsealed(const Seal& seal, std::span<const std::byte>
   if (bytes.size() < head_size + hash_size || std::memcmp(bytes.data(), kind.data(), kind.size()) != 0)
     throw Error(source, "", "a file of another kind", "a '" + kind + "' file");
   const auto without_hash = bytes.first(bytes.size() - hash_size);
-  if (fnv1a(without_hash) != number_at<std::uint64_t>(bytes, without_hash.size()))
+  if (fnv1a(without_hash) != number_at<std::uint64_t>(bytes, without_hash.size())) {
     throw Error(source, "", "a wrong checksum: the file is cut off or was changed",
                 "the file as it was written");
+  }
   const auto version = number_at<std::uint32_t>(bytes, kind.size());
   if (version != seal.version) {
     throw Error(source, "", "version " + std::to_string(version),

@@ -116,9 +116,10 @@ void replace_loads(const BodyLoads& change, const Bodies& bodies, LoadSet& loads
   check_index("model change", "loads.body", change.body, bodies.bodies().size());
   const Body& body = at(bodies.bodies(), change.body);
   for (const PointLoad& load : change.points) {
-    if (load.points.empty() || !all_in(body.points, load.points, "points"))
+    if (load.points.empty() || !all_in(body.points, load.points, "points")) {
       throw Error("model change", "loads", "a load without points of '" + body.name + "'",
                   "one or more of its points");
+    }
   }
   for (const SurfaceLoad& load : change.surfaces) {
     if (load.triangles.empty() || !all_in(body.triangles, load.triangles, "triangles")) {

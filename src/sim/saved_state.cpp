@@ -93,9 +93,10 @@ void check_contacts(const ContactHistory& contacts, const Bodies& bodies) {
     const std::pair key(contacts.point[c], contacts.body[c]);
     check_index("contact.point", key.first, 0, bodies.points_rest().size());
     check_index("contact.body", key.second, 0, bodies.bodies().size());
-    if (key <= last)
+    if (key <= last) {
       throw Error(source_name, "contacts", "contacts that are not sorted",
                   "contacts sorted by point, then body");
+    }
     last = key;
     for (const Vec3& vector : {states.slip[c], states.force[c], states.direction[c], states.velocity[c]})
       check_finite("contact", vector);
@@ -124,9 +125,10 @@ void check_ends(const std::vector<EdgeEnd>& ends, const Bodies& bodies) {
     check_finite("end of edge", {e.coefficients[0], e.coefficients[1], e.coefficients[2]});
     check_finite("end of edge", {e.coefficients[3], e.coefficients[4], e.law.depth});
     check_finite("end of edge", {e.law.stiffness, e.chatter_damping, 0.0});
-    if (i > 0 && e.key() <= ends[i - 1].key())
+    if (i > 0 && e.key() <= ends[i - 1].key()) {
       throw Error(source_name, "ends of edges", "ends that are not sorted",
                   "ends sorted by edge, body and end");
+    }
   }
 }
 
@@ -134,9 +136,10 @@ void check_acting(const std::vector<ActedContact>& contacts, const Bodies& bodie
   for (const ActedContact& c : contacts) {
     for (const Index point : std::span(c.points).first(c.of_edge ? c.all_points() : c.points.size()))
       check_index("acting contact", point, 0, bodies.points_rest().size());
-    if (tet_of(c, bodies) < 0)
+    if (tet_of(c, bodies) < 0) {
       throw Error(source_name, "acting contact", "points that are not the corners of a tet",
                   "the corners of a tet");
+    }
     for (const Vec3& vector : {c.direction, c.force}) check_finite("acting contact", vector);
     check_finite("acting contact", {c.coefficients[0], c.coefficients[1], c.coefficients[2]});
     check_finite("acting contact", {c.coefficients[3], c.coefficients[4], c.depth});

@@ -198,7 +198,8 @@ TEST(MaterialTargets, TheKernelEqualsItsTwin) {
       for (std::size_t k = 0; k < tangent_values; ++k)
         size = std::max(size, std::abs(expected.element_tangent(e)[k]));
       for (std::size_t k = 0; k < tangent_values; ++k)
-        ASSERT_NEAR(found.element_tangent(e)[k], expected.element_tangent(e)[k], 1e-10 * size) << target << ", " << e;
+        ASSERT_NEAR(found.element_tangent(e)[k], expected.element_tangent(e)[k], 1e-10 * size)
+            << target << ", " << e;
     }
     const auto a = found.point_forces();
     const auto b = expected.point_forces();
