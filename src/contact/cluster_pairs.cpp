@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "geometry/axis.hpp"
 #include "geometry/vector.hpp"
 #include "room.hpp"
 
@@ -11,26 +12,19 @@ namespace {
 
 constexpr std::size_t grain = 64;
 
-constexpr std::array axes{&Vec3::x, &Vec3::y, &Vec3::z};
-
 }  // namespace
 
 /// Appends the clusters of both bodies near the other one.
 void ClusterPairs::choose_clusters(std::span<const Box> boxes, const FacingBodies& pair, Index number) {
   const std::array ranges{at(surface_.of_body, pair.bodies.first), at(surface_.of_body, pair.bodies.second)};
-  std::array<Box, 2> of_bodies;
-  for (std::size_t i = 0; i < 2; ++i)
-    for (Index c = ranges[i].begin; c < ranges[i].end; ++c) of_bodies[i].extend(at(boxes, c));
-  const Box common = common_part(grown(of_bodies[0], pair.margin), grown(of_bodies[1], pair.margin));
-  const auto axis =
-      *std::ranges::max_element(axes, {}, [&](double Vec3::*x) { return common.upper.*x - common.lower.*x; });
+  const std::size_t axis = longest_axis(pair.common.upper - pair.common.lower);
   const auto first = std::ssize(active_);
   make_room(active_, active_.size() + static_cast<std::size_t>(ranges[0].size() + ranges[1].size()));
   for (const Range& range : ranges) {
     for (Index c = range.begin; c < range.end; ++c) {
       const Box& box = at(boxes, c);
-      if (box.overlaps(common))
-        active_.push_back({box.lower.*axis, grown(box, pair.margin).upper.*axis, c, number});
+      if (box.overlaps(pair.common))
+        active_.push_back({along(axis, box.lower), along(axis, grown(box, pair.margin).upper), c, number});
     }
   }
   std::sort(active_.begin() + first, active_.end(), [](const Active& a, const Active& b) {
@@ -48,7 +42,7 @@ void ClusterPairs::sweep(std::size_t begin, std::size_t end, std::span<const Box
       const Active& b = active_[j];
       if (b.pair != a.pair || b.lower > a.upper) break;
       if (box.overlaps(at(boxes, b.cluster)) && at(surface_.clusters.clusters, b.cluster).body != body)
-        found.push_back({{a.cluster, b.cluster}, a.pair});
+        found.push_back({{a.cluster, b.cluster}, at(pairs, a.pair).number});
     }
   }
 }

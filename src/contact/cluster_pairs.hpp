@@ -18,7 +18,9 @@ using IndexPair = std::pair<Index, Index>;
 /// Two bodies whose clusters are wanted.
 struct FacingBodies {
   IndexPair bodies;
+  Box common;           ///< the common part of both boxes, each grown by the margin
   double margin = 0.0;  ///< m
+  Index number = 0;     ///< given by the caller, for Found
 };
 
 /// Finds the surface clusters of two bodies whose boxes are within a margin of each other: those near the
@@ -28,7 +30,7 @@ class ClusterPairs {
   /// Clusters of the two bodies of a pair.
   struct Found {
     IndexPair clusters;  ///< of one of the bodies, and of the other
-    Index pair;          ///< into the pairs of bodies
+    Index number;        ///< of the pair of bodies
   };
 
   explicit ClusterPairs(const SurfaceClusters& surface) : surface_(surface) {}

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include "contact/rim_falloff.hpp"
@@ -33,13 +34,9 @@ constexpr int longest_patience = 2048;
 /// Factor above the rounding error of the sum of a few numbers.
 constexpr double rounding = 1.0 + 1e-12;
 
-/// The power of two below the mean edge of all bodies, m; 1 where there is none.
-double unit_of(const Bodies& bodies) {
-  double sum = 0.0;
-  for (const Edge& edge : bodies.edges())
-    sum += length(at(bodies.points_rest(), edge[1]) - at(bodies.points_rest(), edge[0]));
-  const double mean = sum / std::max(1.0, static_cast<double>(bodies.edges().size()));
-  return mean > 0.0 ? std::ldexp(1.0, std::ilogb(mean)) : 1.0;
+/// The largest power of two that is not above a length; 1 for no length.
+double power_of_two(double size) {
+  return size > 0.0 ? std::ldexp(1.0, std::ilogb(size)) : 1.0;
 }
 
 }  // namespace
@@ -62,35 +59,37 @@ EdgeQuery::EdgeQuery(const Bodies& bodies)
     : surface_(bodies),
       blocks_(surface_, bodies),
       clusters_(surface_),
-      unit_(unit_of(bodies)),
       boxes_(surface_.clusters.clusters.size()),
       motions_(boxes_.size()),
       bodies_(bodies.bodies().size()) {
   for (Index b = 0; b < bodies.body_count(); ++b) most_room_.push_back(most_room * rim_reach(bodies, b));
 }
 
-/// Updates boxes and motions of clusters and bodies.
-void EdgeQuery::follow(const Frame& frame) {
-  if (last_.empty()) last_.assign(frame.positions.begin(), frame.positions.end());
+/// Updates boxes and motions of clusters and bodies. Returns the size of the largest box.
+double EdgeQuery::follow(const parallel::Threads& threads, std::span<const Vec3> positions) {
+  if (last_.empty()) last_.assign(positions.begin(), positions.end());
   const Clusters& clusters = surface_.clusters;
-  parallel::for_each(frame.threads, boxes_.size(), clusters_of_chunk, [&](std::size_t c) {
+  parallel::for_each(threads, boxes_.size(), clusters_of_chunk, [&](std::size_t c) {
     Box box;
     Box motion;
     for (const Index p : clusters.points_of(clusters.clusters[c])) {
-      const Vec3& x = at(frame.positions, p);
+      const Vec3& x = at(positions, p);
       box.extend(x);
       motion.extend(x - at(last_, p));
     }
     boxes_[c] = box;
     motions_[c] = motion;
   });
-  std::ranges::copy(frame.positions, last_.begin());
+  std::ranges::copy(positions, last_.begin());
   std::ranges::fill(bodies_, Motion{});
+  double size = 0.0;
   for (std::size_t c = 0; c < boxes_.size(); ++c) {
     Motion& body = at(bodies_, clusters.clusters[c].body);
     body.box.extend(boxes_[c]);
     body.motion.extend(motions_[c]);
+    size = std::max(size, largest({{}, boxes_[c].upper - boxes_[c].lower}));
   }
+  return size;
 }
 
 /// Finds pairs of bodies whose boxes meet and that may touch; existing pairs keep their lists.
@@ -149,9 +148,7 @@ double EdgeQuery::room_for(NearPair& pair) const {
 /// Lists near edges of pairs that have no list, or have moved further than its margin.
 void EdgeQuery::list_again(const Frame& frame) {
   unlisted_.clear();
-  unlisted_pairs_.clear();
   make_room(unlisted_, pairs_.size());
-  make_room(unlisted_pairs_, pairs_.size());
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
     NearPair& pair = pairs_[i];
     ++pair.served;
@@ -161,20 +158,23 @@ void EdgeQuery::list_again(const Frame& frame) {
     pair.served = 0;
     pair.groups.clear();
     pair.near.clear();
-    unlisted_.push_back({pair.bodies, pair.room});
-    unlisted_pairs_.push_back(i);
+    const Box common = common_part(grown(at(bodies_, pair.bodies.first).box, pair.room),
+                                   grown(at(bodies_, pair.bodies.second).box, pair.room));
+    unlisted_.push_back({pair.bodies, common, pair.room, static_cast<Index>(i)});
   }
   facing_ = clusters_.find(frame.threads, boxes_, unlisted_);
-  resize_with_room(sizes_, facing_.size());
+  resize_with_room(fresh_begin_, facing_.size() + 1);
+  fresh_begin_[0] = 0;
   near_lists_.fill(frame.threads, facing_.size(), facing_of_chunk,
                    [&](std::size_t begin, std::size_t end, std::vector<NearEdge>& found) {
                      FacingClusters facing(frame.facing);
                      for (std::size_t i = begin; i < end; ++i) {
                        const std::size_t before = found.size();
                        list(frame, facing_[i], facing, found);
-                       sizes_[i] = found.size() - before;
+                       fresh_begin_[i + 1] = found.size() - before;
                      }
                    });
+  std::partial_sum(fresh_begin_.begin(), fresh_begin_.end(), fresh_begin_.begin());
   near_lists_.make_even_room();
   near_lists_.join(near_);
 }
@@ -184,7 +184,7 @@ void EdgeQuery::list(const Frame& frame, const ClusterPairs::Found& pair, Facing
                      std::vector<NearEdge>& found) const {
   const auto& [a, b] = pair.clusters;
   facing.face(a, b);
-  const double room = at(unlisted_, pair.pair).margin;
+  const double room = at(pairs_, pair.number).room;
   // Contacts of the next detections may be others, so a list that is kept has all edges.
   const auto wanted = [&](std::size_t side, std::size_t place) {
     if (room > 0.0) return true;
@@ -197,31 +197,33 @@ void EdgeQuery::list(const Frame& frame, const ClusterPairs::Found& pair, Facing
 
 /// Gives pairs with a margin their lists.
 void EdgeQuery::take_lists() {
-  fresh_begin_.clear();
-  make_room(fresh_begin_, facing_.size() + 1);
-  fresh_begin_.push_back(0);
   for (std::size_t i = 0; i < facing_.size(); ++i) {
-    const std::size_t begin = fresh_begin_.back();
-    const std::size_t size = sizes_[i];
-    fresh_begin_.push_back(begin + size);
-    NearPair& pair = pairs_[at(unlisted_pairs_, facing_[i].pair)];
-    if (pair.room == 0.0 || size == 0) continue;
+    NearPair& pair = at(pairs_, facing_[i].number);
+    const std::span<const NearEdge> fresh =
+        std::span(near_).subspan(fresh_begin_[i], fresh_begin_[i + 1] - fresh_begin_[i]);
+    if (pair.room == 0.0 || fresh.empty()) continue;
     make_room(pair.groups, pair.groups.size() + 1);
-    make_room(pair.near, pair.near.size() + size);
-    pair.groups.push_back({facing_[i].clusters, pair.near.size(), size, 0.0, -1.0F});
-    const auto first = near_.begin() + static_cast<std::ptrdiff_t>(begin);
-    pair.near.insert(pair.near.end(), first, first + static_cast<std::ptrdiff_t>(size));
+    make_room(pair.near, pair.near.size() + fresh.size());
+    pair.groups.push_back({facing_[i].clusters, pair.near.size(), fresh.size(), 0.0, -1.0F});
+    pair.near.insert(pair.near.end(), fresh.begin(), fresh.end());
   }
+}
+
+Index EdgeQuery::edge_of(const IndexPair& clusters, const NearEdge& near) const {
+  const Index cluster = near.side == 0 ? clusters.first : clusters.second;
+  return at(surface_.edges.values, at(surface_.edges.begin, cluster) + near.place);
+}
+
+/// The cluster of the triangles near an edge.
+const Cluster& EdgeQuery::faced_by(const IndexPair& clusters, const NearEdge& near) const {
+  return at(surface_.clusters.clusters, near.side == 0 ? clusters.second : clusters.first);
 }
 
 void EdgeQuery::test_exactly(const Frame& frame, const IndexPair& clusters, const NearEdge& near,
                              std::vector<EdgeTriangle>& found) const {
-  const Index cluster = near.side == 0 ? clusters.first : clusters.second;
-  const Cluster& other = at(surface_.clusters.clusters, near.side == 0 ? clusters.second : clusters.first);
-  const Index edge = at(surface_.edges.values, at(surface_.edges.begin, cluster) + near.place);
-  if (frame.has_end_in_contact(edge, other.body)) return;
+  const Index edge = edge_of(clusters, near);
   const Edge& ends = at(frame.bodies.edges(), edge);
-  const std::span<const Index> triangles = surface_.clusters.primitives_of(other);
+  const std::span<const Index> triangles = surface_.clusters.primitives_of(faced_by(clusters, near));
   for (std::uint32_t left = near.touching; left != 0; left &= left - 1) {
     const Index triangle = triangles[static_cast<std::size_t>(std::countr_zero(left))];
     const std::array<Vec3, 3> x = corners_of(frame.positions, at(frame.bodies.triangles(), triangle));
@@ -237,14 +239,13 @@ void EdgeQuery::test_fresh(const Frame& frame) {
   lists_.fill(frame.threads, facing_.size(), facing_of_chunk,
               [&](std::size_t begin, std::size_t end, std::vector<EdgeTriangle>& found) {
                 for (std::size_t i = begin; i < end; ++i) {
-                  if (at(unlisted_, facing_[i].pair).margin > 0.0) continue;
+                  if (at(pairs_, facing_[i].number).room > 0.0) continue;
                   for (std::size_t near = fresh_begin_[i]; near < fresh_begin_[i + 1]; ++near) {
                     if (near_[near].touching != 0)
                       test_exactly(frame, facing_[i].clusters, near_[near], found);
                   }
                 }
               });
-  lists_.make_even_room();
   lists_.join(found_);
 }
 
@@ -257,22 +258,22 @@ void EdgeQuery::test_group(const Frame& frame, NearPair& pair, Group& group, Fac
   bool faces = false;
   group.apart = std::numeric_limits<float>::max();
   for (NearEdge& near : std::span(pair.near).subspan(group.begin, group.size)) {
-    if (pair.moved > 0.0 && !(group.moved < static_cast<double>(near.apart))) {
-      const Index cluster = near.side == 0 ? a : b;
-      const Cluster& other = at(surface_.clusters.clusters, near.side == 0 ? b : a);
-      const Index edge = at(surface_.edges.values, at(surface_.edges.begin, cluster) + near.place);
-      if (frame.has_end_in_contact(edge, other.body)) {
-        group.apart = -1.0F;
+    const bool again = pair.moved > 0.0 && !(group.moved < static_cast<double>(near.apart));
+    if (again || near.touching != 0) {
+      if (frame.has_end_in_contact(edge_of(group.clusters, near), faced_by(group.clusters, near).body)) {
+        group.apart = -1.0F;  // it may be without a contact in the next detection
         continue;
       }
-      if (!std::exchange(faces, true)) facing.face(a, b);
-      facing.test_again(near);
-      constexpr double down = 1.0 - 1e-6;
-      if (near.apart > 0.0F)
-        near.apart = static_cast<float>(down * (group.moved + static_cast<double>(near.apart)));
+      if (again) {
+        if (!std::exchange(faces, true)) facing.face(a, b);
+        facing.test_again(near);
+        constexpr double down = 1.0 - 1e-6;
+        if (near.apart > 0.0F)
+          near.apart = static_cast<float>(down * (group.moved + static_cast<double>(near.apart)));
+      }
+      test_exactly(frame, group.clusters, near, found);
     }
     group.apart = std::min(group.apart, near.apart);
-    if (near.touching != 0) test_exactly(frame, group.clusters, near, found);
   }
 }
 
@@ -294,15 +295,14 @@ void EdgeQuery::test_listed(const Frame& frame) {
                   test_group(frame, pairs_[pair], pairs_[pair].groups[group - begin_[pair]], facing, found);
                 }
               });
-  lists_.make_even_room();
   lists_.append(found_, chunks);
 }
 
 void EdgeQuery::find(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
                      const PairFilter& may_touch, const ContactTable& contacts) {
+  const double unit = power_of_two(follow(threads, positions));
   const Frame frame{threads,   bodies,   positions,
-                    may_touch, contacts, {surface_, blocks_, positions, boxes_, unit_}};
-  follow(frame);
+                    may_touch, contacts, {surface_, blocks_, positions, boxes_, unit}};
   pair_bodies(frame);
   list_again(frame);
   take_lists();

@@ -71,7 +71,7 @@ class EdgeQuery {
     std::vector<Group> groups;
     std::vector<NearEdge> near;
   };
-  void follow(const Frame& frame);
+  double follow(const parallel::Threads& threads, std::span<const Vec3> positions);
   void pair_bodies(const Frame& frame);
   void list_again(const Frame& frame);
   [[nodiscard]] double room_for(NearPair& pair) const;
@@ -82,13 +82,14 @@ class EdgeQuery {
   void test_listed(const Frame& frame);
   void test_group(const Frame& frame, NearPair& pair, Group& group, FacingClusters& facing,
                   std::vector<EdgeTriangle>& found) const;
+  [[nodiscard]] Index edge_of(const IndexPair& clusters, const NearEdge& near) const;
+  [[nodiscard]] const Cluster& faced_by(const IndexPair& clusters, const NearEdge& near) const;
   void test_exactly(const Frame& frame, const IndexPair& clusters, const NearEdge& near,
                     std::vector<EdgeTriangle>& found) const;
 
   SurfaceClusters surface_;
   EdgeBlocks blocks_;
   ClusterPairs clusters_;
-  double unit_;                    ///< FacingClusters::Frame::unit
   std::vector<double> most_room_;  ///< (n_bodies) m
   std::vector<Vec3> last_;         ///< (n_points) at the last detection; none before the first
   std::vector<Box> boxes_;         ///< (n_clusters)
@@ -100,9 +101,7 @@ class EdgeQuery {
   std::vector<IndexPair> body_pairs_;   ///< whose boxes meet
   std::vector<std::size_t> begin_;      ///< (n_pairs + 1) of their groups, one after the other
   std::vector<FacingBodies> unlisted_;  ///< pairs without a valid list
-  std::vector<std::size_t> unlisted_pairs_;      ///< the same, into pairs_
   std::span<const ClusterPairs::Found> facing_;  ///< their clusters
-  std::vector<std::size_t> sizes_;               ///< (n_facing) numbers of their near edges
   std::vector<std::size_t> fresh_begin_;         ///< (n_facing + 1) of their near edges
   parallel::ChunkedList<NearEdge> near_lists_;
   std::vector<NearEdge> near_;  ///< of all facing clusters

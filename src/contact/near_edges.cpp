@@ -40,7 +40,8 @@ void FacingClusters::face(Index first, Index second) {
   const double extent = std::max(largest({a.lower - origin_, a.upper - origin_}),
                                  largest({b.lower - origin_, b.upper - origin_}));
   const double rounding = 4e-6 * extent;
-  rounding_ = static_cast<float>(rounding / frame_.unit);
+  constexpr float of_underflow = std::numeric_limits<float>::min();
+  rounding_ = static_cast<float>(rounding / frame_.unit) + of_underflow;
 }
 
 void FacingClusters::read_points(std::size_t side) {
@@ -111,13 +112,13 @@ void FacingClusters::test(std::size_t side, std::size_t block, std::size_t lane,
 
 NearEdge FacingClusters::edge_of(std::size_t side, std::size_t block, std::size_t lane,
                                  const simd::NearTriangles& near) const {
-  constexpr float down = 1.0F - 1e-6F;  // for the rounding of the product
-  const float apart = static_cast<float>(frame_.unit) * near.apart;
+  constexpr double down = 1.0 - 1e-6;  // for the rounding to float
+  const auto apart = static_cast<float>(down * frame_.unit * static_cast<double>(near.apart));
   return {.side = static_cast<std::uint8_t>(side),
           .place = static_cast<std::uint8_t>(lanes * block + lane),
           .near = static_cast<std::uint16_t>(near.near),
           .touching = static_cast<std::uint16_t>(near.touching),
-          .apart = apart > 0.0F ? down * apart : apart};
+          .apart = near.touching == 0 ? apart : 0.0F};
 }
 
 void FacingClusters::test_again(NearEdge& edge) {

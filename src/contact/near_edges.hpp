@@ -21,7 +21,7 @@ struct NearEdge {
   std::uint8_t place;      ///< among the edges of its cluster
   std::uint16_t near;      ///< bits of triangles within the margin
   std::uint16_t touching;  ///< bits of those that may touch it; an exact test decides
-  float apart;  ///< lower bound of the distance from each near one, m; not above 0 if one may touch
+  float apart;             ///< lower bound of the distance from each near one, m; 0 if one may touch
 };
 
 /// The edges of each surface cluster, as kernels read them: blocks of up to 16.
@@ -47,7 +47,7 @@ class FacingClusters {
     const EdgeBlocks& blocks;
     std::span<const Vec3> positions;
     std::span<const Box> boxes;  ///< (n_clusters) of the positions
-    double unit = 1.0;           ///< of lengths in float, m: a power of two near the size of edges
+    double unit = 1.0;           ///< of lengths in float, m: a power of two, no box above 2^30 of it
   };
   explicit FacingClusters(const Frame& frame) : frame_(frame) {}
 

@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "contact/swept_pair.hpp"
+#include "geometry/axis.hpp"
 #include "geometry/box.hpp"
 #include "geometry/triangle.hpp"
 #include "mesh/outward.hpp"
@@ -23,14 +24,6 @@ Box swept_box(std::span<const Vec3> start, std::span<const Vec3> end, const Corn
   Box box = box_of(start, corners);
   box.extend(box_of(end, corners));
   return box;
-}
-
-std::size_t longest_axis(const Vec3& d) {
-  return d.x >= d.y && d.x >= d.z ? 0 : d.y >= d.z ? 1 : 2;
-}
-
-double along(std::size_t axis, const Vec3& p) {
-  return axis == 0 ? p.x : axis == 1 ? p.y : p.z;
 }
 
 template <class A, class B>

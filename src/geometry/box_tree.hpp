@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "geometry/axis.hpp"
 #include "geometry/box.hpp"
 
 namespace palpate {
@@ -48,10 +49,10 @@ class BoxTree {
     for (std::size_t i = begin; i < end; ++i) nodes_[number].box.extend(boxes_[order_[i]]);
     if (end - begin <= leaf) return number;
     const Vec3 size = nodes_[number].box.upper - nodes_[number].box.lower;
-    double Vec3::*axis = &Vec3::x;
-    if (size.y > size.*axis) axis = &Vec3::y;
-    if (size.z > size.*axis) axis = &Vec3::z;
-    const auto key = [&](std::size_t i) { return boxes_[i].lower.*axis + boxes_[i].upper.*axis; };
+    const std::size_t axis = longest_axis(size);
+    const auto key = [&](std::size_t i) {
+      return along(axis, boxes_[i].lower) + along(axis, boxes_[i].upper);
+    };
     const std::size_t middle = begin + (end - begin) / 2;
     const auto place = [&](std::size_t i) { return order_.begin() + static_cast<std::ptrdiff_t>(i); };
     std::nth_element(place(begin), place(middle), place(end), [&](std::size_t a, std::size_t b) {

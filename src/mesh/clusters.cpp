@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 
+#include "geometry/axis.hpp"
 #include "geometry/box.hpp"
 #include "geometry/disjoint_sets.hpp"
 #include "geometry/vector.hpp"
@@ -78,7 +79,8 @@ class Cutter {
     if (size <= Cluster::most_primitives && (size == 1 || lies_together(begin, end))) return add(begin, end);
     constexpr std::size_t whole = Cluster::most_primitives;
     const std::size_t left = size > whole ? whole * ((size + 2 * whole - 1) / (2 * whole)) : size / 2;
-    const std::size_t axis = longest_axis(begin, end);
+    const Box box = box_of_primitives(begin, end);
+    const std::size_t axis = longest_axis(box.upper - box.lower);
     std::nth_element(at_place(begin), at_place(begin + left), at_place(end),
                      [axis](const Placed& a, const Placed& b) {
                        return a.middle[axis] != b.middle[axis] ? a.middle[axis] < b.middle[axis]
@@ -92,11 +94,10 @@ class Cutter {
     return at(primitives_, placed_[place].primitive);
   }
 
-  [[nodiscard]] std::size_t longest_axis(std::size_t begin, std::size_t end) const {
+  [[nodiscard]] Box box_of_primitives(std::size_t begin, std::size_t end) const {
     Box box;
     for (std::size_t i = begin; i < end; ++i) box.extend(box_of(bodies_.points_rest(), primitive(i)));
-    const Vec3 d = box.upper - box.lower;
-    return d.x >= d.y && d.x >= d.z ? 0 : d.y >= d.z ? 1 : 2;
+    return box;
   }
 
   bool lies_together(std::size_t begin, std::size_t end) {

@@ -19,7 +19,8 @@
 namespace palpate {
 namespace {
 
-/// Two balls, deformed and flattened at random, near each other; some edges and triangles have no size.
+/// Two balls, deformed and flattened at random, near each other. Some edges and triangles have no size or
+/// hardly any; some points and edges of the second ball are on a triangle of the first, but for rounding.
 struct TwoBalls {
   explicit TwoBalls(std::uint64_t seed) : random(seed) {
     bodies.add("first", test::ball_mesh(3, {}, 1.0));
@@ -33,14 +34,35 @@ struct TwoBalls {
       Vec3& x = at(positions, p);
       x = size * (x + 0.2 * random.point(-1, 1));
       if (flat && random.chance(0.5)) x.z = 0.5 * size;
-      if (p > 0 && random.chance(0.05)) x = at(positions, p - 1);
+      if (p > 0 && random.chance(0.1)) {
+        const double apart = random.chance(0.5) ? 0.0 : std::pow(10.0, random.integer(-16, -3)) * size;
+        x = at(positions, p - 1) + apart * random.point(-1, 1);
+      }
       if (p >= bodies.bodies()[0].points.end) x += aside;
       x += shift;
     }
+    touch();
     const SurfaceClusters surface(bodies);
     for (const Cluster& cluster : surface.clusters.clusters) {
       Box& box = boxes.emplace_back();
       for (const Index p : surface.clusters.points_of(cluster)) box.extend(at(positions, p));
+    }
+  }
+  void touch() {
+    const Range& triangles = bodies.bodies()[0].triangles;
+    const auto place = [&](bool on_side) {
+      const Index triangle = random.integer(triangles.begin, triangles.end - 1);
+      const auto [a, b, c] = corners_of(positions, at(bodies.triangles(), triangle));
+      const double u = random.uniform(0.0, 1.0);
+      const double v = on_side ? 0.0 : random.uniform(0.0, 1.0 - u);
+      return a + u * (b - a) + v * (c - a);
+    };
+    const Range& edges = bodies.bodies()[1].edges;
+    for (Index e = edges.begin; e < edges.end; ++e) {
+      const Edge& ends = at(bodies.edges(), e);
+      Vec3& x = at(positions, ends[1]);
+      if (random.chance(0.1)) x = place(false);
+      if (random.chance(0.1)) x = 2.0 * place(true) - at(positions, ends[0]);
     }
   }
   /// Least of some distances of an edge and a triangle.
@@ -75,8 +97,8 @@ struct Counts {
   std::size_t met = 0;
   std::size_t separate = 0;  ///< near, do not meet
   std::size_t said = 0;      ///< of them not touching
-  std::size_t entries = 0;
-  std::size_t far = 0;  ///< entries whose bound is above 0.3 of the least sampled distance
+  std::size_t entries = 0;   ///< near, none touching
+  std::size_t far = 0;       ///< entries whose bound is above 0.3 of the least sampled distance
 };
 
 void check_pair(TwoBalls& balls, const SurfaceClusters& surface, FacingClusters& facing, Index first,
@@ -119,7 +141,7 @@ void check_pair(TwoBalls& balls, const SurfaceClusters& surface, FacingClusters&
           ASSERT_TRUE(is_near || sampled >= margin * (1.0 - rounding));
         }
         if (near.near == 0) return;
-        ++counts.entries;
+        counts.entries += near.touching == 0 ? 1 : 0;
         ASSERT_LE(static_cast<double>(near.apart), least * (1.0 + rounding));
         counts.far += static_cast<double>(near.apart) > 0.3 * least ? 1 : 0;
       };
@@ -133,24 +155,36 @@ void check_pair(TwoBalls& balls, const SurfaceClusters& surface, FacingClusters&
   }
 }
 
+/// \param unit  of lengths in float, in sizes of the balls
+void check_two_balls(std::uint64_t seed, double unit, Counts& counts) {
+  TwoBalls balls(seed);
+  const SurfaceClusters surface(balls.bodies);
+  const EdgeBlocks blocks(surface, balls.bodies);
+  const double power = std::exp2(std::floor(std::log2(unit * balls.size)));
+  const double margin = balls.random.chance(0.5) ? 0.0 : 0.2 * balls.size;
+  test::for_each_simd_target([&](const char* target) {
+    SCOPED_TRACE(target);
+    const FacingClusters::Frame frame{surface, blocks, balls.positions, balls.boxes, power};
+    FacingClusters facing(frame);
+    const Range of_second = surface.of_body[1];
+    for (Index a = 0; a < surface.of_body[0].end; ++a)
+      for (Index b = of_second.begin; b < of_second.end; ++b)
+        check_pair(balls, surface, facing, a, b, margin, counts);
+  });
+}
+
+TEST(NearEdges, NoneThatMeetsIsLeftOutWhereFloatsUnderflow) {
+  Counts counts;
+  for (const double exponent : {-30.0, 30.0, 64.0, 120.0, 130.0, 145.0, 200.0}) {
+    SCOPED_TRACE(exponent);
+    for (std::uint64_t seed = 0; seed < 2; ++seed) check_two_balls(seed, std::exp2(exponent), counts);
+  }
+  EXPECT_GT(counts.met, 300U);
+}
+
 TEST(NearEdges, NoneThatMeetsIsLeftOutAndNoneIsSaidToBeFurtherThanItIs) {
   Counts counts;
-  for (std::uint64_t seed = 0; seed < 12; ++seed) {
-    TwoBalls balls(seed);
-    const SurfaceClusters surface(balls.bodies);
-    const EdgeBlocks blocks(surface, balls.bodies);
-    const double unit = std::exp2(std::floor(std::log2(0.4 * balls.size)));
-    const double margin = balls.random.chance(0.5) ? 0.0 : 0.2 * balls.size;
-    test::for_each_simd_target([&](const char* target) {
-      SCOPED_TRACE(target);
-      const FacingClusters::Frame frame{surface, blocks, balls.positions, balls.boxes, unit};
-      FacingClusters facing(frame);
-      const Range of_second = surface.of_body[1];
-      for (Index a = 0; a < surface.of_body[0].end; ++a)
-        for (Index b = of_second.begin; b < of_second.end; ++b)
-          check_pair(balls, surface, facing, a, b, margin, counts);
-    });
-  }
+  for (std::uint64_t seed = 0; seed < 12; ++seed) check_two_balls(seed, 0.4, counts);
   EXPECT_GT(counts.met, 300U);
   EXPECT_GT(counts.said, counts.separate * 3 / 4) << "most that do not meet are told";
   EXPECT_GT(counts.far, counts.entries / 3) << "and by much of how far they are apart";
