@@ -184,7 +184,9 @@ class Simulation {
   /// Centre of mass of a body at positions(). Throws Error on a body out of range. O(points of the body).
   [[nodiscard]] Vec3 center_of_mass(Index body) const;
   /// Strain and stress of each tet at positions(): (n_tets). O(tets), parallel.
-  [[nodiscard]] TissueState tissue() const;
+  /// \param memory  a state that is no longer needed, for example the last one: its arrays are used again, so
+  ///   a loop allocates nothing
+  [[nodiscard]] TissueState tissue(TissueState memory = {}) const;
   /// The same for each point: (n_points), means over the tets around it, weighted by their volumes at rest.
   /// Stress is not averaged over different materials: only tets of the material with the most volume at the
   /// point are used (of equal ones the first). Quantities derived from the stress are derived from its mean.
@@ -192,7 +194,7 @@ class Simulation {
   /// parallel.
   [[nodiscard]] TissueState tissue_at_points() const;
   /// The same from the result of tissue(). Throws Error on a different number of rows.
-  [[nodiscard]] TissueState tissue_at_points(const TissueState& of_tets) const;
+  [[nodiscard]] TissueState tissue_at_points(const TissueState& of_tets, TissueState memory = {}) const;
   /// Mass of each point, kg: (n_points).
   [[nodiscard]] std::span<const double> point_masses() const;
   /// Mass of each body, kg: (n_bodies).

@@ -45,6 +45,11 @@ Parted parted(std::span<const std::byte> saved) {
   return parts;
 }
 
+/// The arrays of the last call, empty where Python still has them. Call it with Python's lock.
+TissueState dropped(const std::shared_ptr<TissueState>& last) {
+  return last && last.use_count() == 1 ? std::move(*last) : TissueState{};
+}
+
 }  // namespace
 
 Simulation::Simulation(const Model& model, const Scene& scene, int threads)
@@ -172,16 +177,20 @@ ContactForces Simulation::acting_contacts() {
   return forces;
 }
 
-TissueState Simulation::tissue() {
+std::shared_ptr<TissueState> Simulation::tissue() {
   const Busy::Use use(busy_, "Simulation.tissue");
+  TissueState memory = dropped(tissue_);
   const nanobind::gil_scoped_release release;
-  return simulation_->tissue();
+  return tissue_ = std::make_shared<TissueState>(simulation_->tissue(std::move(memory)));
 }
 
-TissueState Simulation::tissue_at_points(const TissueState* of_tets) {
+std::shared_ptr<TissueState> Simulation::tissue_at_points(const TissueState* of_tets) {
   const Busy::Use use(busy_, "Simulation.tissue_at_points");
+  TissueState memory = dropped(tissue_at_points_);
   const nanobind::gil_scoped_release release;
-  return of_tets == nullptr ? simulation_->tissue_at_points() : simulation_->tissue_at_points(*of_tets);
+  return tissue_at_points_ = std::make_shared<TissueState>(
+             of_tets == nullptr ? simulation_->tissue_at_points()
+                                : simulation_->tissue_at_points(*of_tets, std::move(memory)));
 }
 
 Index Simulation::motion_of(Index body) const {

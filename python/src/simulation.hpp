@@ -60,10 +60,11 @@ class Simulation {
 
   /// The contacts of the last step with their forces, weights in the order of corners of the given mesh.
   ContactForces acting_contacts();
-  /// Strain and stress of the tets. Releases Python's lock.
-  TissueState tissue();
+  /// Strain and stress of the tets. Releases Python's lock. The next call uses the arrays again where Python
+  /// has dropped them: else glibc gives them back to the system each time, which costs a third of the work.
+  std::shared_ptr<TissueState> tissue();
   /// The same of the points, from that of the tets where it is given.
-  TissueState tissue_at_points(const TissueState* of_tets);
+  std::shared_ptr<TissueState> tissue_at_points(const TissueState* of_tets);
   /// The body's motion. Throws Error if it has none.
   [[nodiscard]] Index motion_of(Index body) const;
   /// Of its scene; SI for a model built in code.
@@ -89,6 +90,8 @@ class Simulation {
   std::unique_ptr<palpate::Simulation> simulation_;
   std::shared_ptr<Contacts> contacts_;
   std::shared_ptr<Crossings> crossings_;
+  std::shared_ptr<TissueState> tissue_;  ///< of the last call
+  std::shared_ptr<TissueState> tissue_at_points_;
   std::int64_t steps_not_converged_ = 0;
   std::int64_t most_inverted_tets_ = 0;
   std::unique_ptr<StageRun> stages_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "fem/stress.hpp"
@@ -16,8 +17,7 @@ constexpr std::size_t grain = 128;
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
 /// Rows of tets without strain, without what find_invariants() adds.
-TissueState rows_at_rest(std::size_t count) {
-  TissueState state;
+TissueState rows_at_rest(std::size_t count, TissueState state) {
   state.deformation_gradient.assign(count, identity().values);
   for (auto* tensors : {&state.strain, &state.stress, &state.plastic_strain}) tensors->assign(count, {});
   state.energy_density.resize(count);
@@ -140,8 +140,8 @@ struct Around {
 }  // namespace
 
 TissueState strain_of_tets(const parallel::Threads& threads, const Bodies& bodies, const Elements& elements,
-                           std::span<const Vec3> positions) {
-  TissueState state = rows_at_rest(bodies.tets().size());
+                           std::span<const Vec3> positions, TissueState memory) {
+  TissueState state = rows_at_rest(bodies.tets().size(), std::move(memory));
   const auto put = [&](std::size_t tet, const ElementStress& s) {
     state.deformation_gradient[tet] = s.deformation_gradient.values;
     state.strain[tet] = to_tensor(s.strain);
@@ -178,15 +178,15 @@ TissueState strain_of_tets(const parallel::Threads& threads, const Bodies& bodie
 }
 
 TissueState tissue_of_tets(const parallel::Threads& threads, const Bodies& bodies, const Elements& elements,
-                           std::span<const Vec3> positions) {
-  TissueState state = strain_of_tets(threads, bodies, elements, positions);
+                           std::span<const Vec3> positions, TissueState memory) {
+  TissueState state = strain_of_tets(threads, bodies, elements, positions, std::move(memory));
   find_invariants(threads, state);
   return state;
 }
 
 TissueState tissue_of_points(const parallel::Threads& threads, const Bodies& bodies, const Elements& elements,
-                             const Materials& materials, const TissueState& tets) {
-  TissueState points = rows_at_rest(bodies.points_rest().size());
+                             const Materials& materials, const TissueState& tets, TissueState memory) {
+  TissueState points = rows_at_rest(bodies.points_rest().size(), std::move(memory));
   const Around around{bodies, elements, materials, elements_of_tets(bodies, elements)};
   parallel::for_each(threads, points.size(), grain, [&](std::size_t p) {
     const auto point = static_cast<Index>(p);

@@ -1,4 +1,5 @@
 #include <string>
+#include <utility>
 
 #include <palpate/error.hpp>
 
@@ -126,9 +127,9 @@ Wrench Simulation::reaction_of_motion(Index motion, const Vec3& about) const {
   return sum;
 }
 
-TissueState Simulation::tissue() const {
+TissueState Simulation::tissue(TissueState memory) const {
   const State& s = *state_;
-  return fem::tissue_of_tets(s.threads, s.bodies, s.dynamics.elements(), positions());
+  return fem::tissue_of_tets(s.threads, s.bodies, s.dynamics.elements(), positions(), std::move(memory));
 }
 
 TissueState Simulation::tissue_at_points() const {
@@ -136,13 +137,14 @@ TissueState Simulation::tissue_at_points() const {
   const TissueState tets = fem::strain_of_tets(s.threads, s.bodies, s.dynamics.elements(), positions());
   return fem::tissue_of_points(s.threads, s.bodies, s.dynamics.elements(), s.materials, tets);
 }
-TissueState Simulation::tissue_at_points(const TissueState& of_tets) const {
+TissueState Simulation::tissue_at_points(const TissueState& of_tets, TissueState memory) const {
   const State& s = *state_;
   if (of_tets.size() != s.bodies.tets().size()) {
     throw Error("simulation", "tissue", std::to_string(of_tets.size()) + " rows",
                 std::to_string(s.bodies.tets().size()) + ", one for each tet");
   }
-  return fem::tissue_of_points(s.threads, s.bodies, s.dynamics.elements(), s.materials, of_tets);
+  return fem::tissue_of_points(s.threads, s.bodies, s.dynamics.elements(), s.materials, of_tets,
+                               std::move(memory));
 }
 
 }  // namespace palpate

@@ -150,6 +150,24 @@ def test_prescribed_points_are_driven_frame_by_frame():
     assert 1e5 * 0.05**2 * 0.05 < pull[0] < 1.35 * 1e5 * 0.05**2 * 0.05
 
 
+def test_results_that_are_kept_do_not_change_and_the_memory_of_others_is_used_again():
+    _, simulation = with_probe()
+    states = {"tets": simulation.tissue, "points": lambda: simulation.tissue_at_points(simulation.tissue())}
+    for name, state in states.items():
+        simulation.bodies["block"].set_forces((0.0, 0.0, 0.0))
+        kept, array = state(), state().von_mises
+        stress, von_mises = kept.stress.copy(), array.copy()
+        simulation.bodies["block"].set_forces((0.1, 0.0, 0.2 if name == "tets" else -0.2))
+        simulation.run(3)
+        now = state().von_mises
+        assert not np.array_equal(now, von_mises)
+        np.testing.assert_array_equal(kept.stress, stress)
+        np.testing.assert_array_equal(array, von_mises)
+        place = now.ctypes.data
+        del now
+        assert state().von_mises.ctypes.data == place
+
+
 def test_fields_have_the_names_of_scenes():
     _, simulation = with_probe()
     simulation.bodies["block"].set_forces((0.1, 0.0, 0.2))
