@@ -16,7 +16,10 @@ void add(const Wrench& more, double sign, Wrench& sum) {
 }  // namespace
 
 ForceProbe::ForceProbe(const Scene& scene, const Model& model)
-    : held_(scene.bodies.size(), 0), motions_(scene.bodies.size(), -1) {
+    : held_(scene.bodies.size(), 0),
+      tied_(scene.bodies.size(), 0),
+      grabbed_(scene.bodies.size(), 0),
+      motions_(scene.bodies.size(), -1) {
   Index motion = 0;
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
     names_.push_back(scene.bodies[b].name);
@@ -32,6 +35,14 @@ ForceProbe::ForceProbe(const Scene& scene, const Model& model)
   const auto index = [&](const std::string& name) {
     return static_cast<Index>(std::ranges::find(names_, name) - names_.begin());
   };
+  for (const Tie& tie : model.ties) {
+    at(tied_, at(model.bodies.body_of_point(), tie.point)) = 1;
+    at(tied_, model.bodies.body_of(at(model.bodies.tets(), tie.tet))) = 1;
+  }
+  for (const Stage& stage : scene.stages) {
+    for (const StageTie& tie : stage.tie) at(tied_, index(tie.body)) = at(tied_, index(tie.to)) = 1;
+  }
+  for (const Grab& grab : model.grabs) at(grabbed_, at(model.bodies.body_of_point(), grab.point)) = 1;
   for (const BodyPair& pair : scene.output.pairs)
     pairs_.push_back({index(pair.bodies.names[0]), index(pair.bodies.names[1])});
 }
@@ -78,8 +89,13 @@ PairWrench ForceProbe::force_of(const Pair& named, const std::vector<PairWrench>
 ForcesOfStep ForceProbe::forces(const Simulation& simulation) const {
   ForcesOfStep all;
   all.bodies.resize(names_.size());
-  for (std::size_t b = 0; b < all.bodies.size(); ++b)
-    all.bodies[b].contact.about = simulation.center_of_mass(static_cast<Index>(b));
+  for (std::size_t b = 0; b < all.bodies.size(); ++b) {
+    const auto body = static_cast<Index>(b);
+    const Vec3 center = simulation.center_of_mass(body);
+    all.bodies[b].contact.about = center;
+    if (is_tied(b)) all.bodies[b].tied = simulation.tie_wrench(body, center);
+    if (is_grabbed(b)) all.bodies[b].grabbed = simulation.grab_wrench(body, center);
+  }
   const std::vector<PairWrench> touching = simulation.pair_wrenches();
   add_contacts(touching, all);
   add_held(simulation, all);

@@ -16,6 +16,8 @@ struct BodyForces {
   Wrench contact{};              ///< by contacts
   std::optional<Wrench> held{};  ///< by what holds its fixed points; for a body with a prescribed motion, by
                                  ///< the motor that moves it
+  std::optional<Wrench> tied{};  ///< by its ties to other bodies
+  std::optional<Wrench> grabbed{};  ///< by grabs of its points
 };
 
 /// The forces of a step.
@@ -37,6 +39,9 @@ class ForceProbe {
 
   [[nodiscard]] const std::vector<std::string>& names() const { return names_; }
   [[nodiscard]] bool is_held(std::size_t body) const { return held_[body] != 0; }
+  /// Whether the model or a stage ties it to another body.
+  [[nodiscard]] bool is_tied(std::size_t body) const { return tied_[body] != 0; }
+  [[nodiscard]] bool is_grabbed(std::size_t body) const { return grabbed_[body] != 0; }
   /// The forces of the last step. O(contacts log contacts + points).
   [[nodiscard]] ForcesOfStep forces(const Simulation& simulation) const;
 
@@ -56,7 +61,9 @@ class ForceProbe {
   std::vector<std::string> names_;
   std::vector<std::uint8_t>
       held_;  ///< (n_bodies) 1: a point of it is prescribed, or fixed along at least one axis
-  std::vector<Index> motions_;  ///< (n_bodies) the body's own motion, or -1
+  std::vector<std::uint8_t> tied_;     ///< (n_bodies)
+  std::vector<std::uint8_t> grabbed_;  ///< (n_bodies)
+  std::vector<Index> motions_;         ///< (n_bodies) the body's own motion, or -1
   std::vector<Pair> pairs_;
 };
 

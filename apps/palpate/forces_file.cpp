@@ -25,6 +25,8 @@ std::string header(const ForceProbe& probe, const Units& units) {
   for (std::size_t b = 0; b < probe.names().size(); ++b) {
     add_wrench_columns(line, probe.names()[b] + " contact", units);
     if (probe.is_held(b)) add_wrench_columns(line, probe.names()[b] + " held", units);
+    if (probe.is_tied(b)) add_wrench_columns(line, probe.names()[b] + " tied", units);
+    if (probe.is_grabbed(b)) add_wrench_columns(line, probe.names()[b] + " grabbed", units);
   }
   for (const ForceProbe::Pair& pair : probe.pairs()) {
     const std::string what = fmt::format("{} on {}", probe.names()[static_cast<std::size_t>(pair.first)],
@@ -52,7 +54,9 @@ void ForcesFile::add(const Simulation& simulation, const ForcesOfStep& forces) {
   std::string line = fmt::format("{},{}", simulation.metrics().step, exact_text(simulation.metrics().time));
   for (const BodyForces& body : forces.bodies) {
     add_wrench(line, body.contact);
-    if (body.held) add_wrench(line, *body.held);
+    for (const auto& wrench : {body.held, body.tied, body.grabbed}) {
+      if (wrench) add_wrench(line, *wrench);
+    }
   }
   for (const PairWrench& pair : forces.pairs) {
     add_wrench(line, pair.on_b);

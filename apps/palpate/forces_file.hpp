@@ -10,8 +10,9 @@
 namespace palpate::app {
 
 /// forces.csv: a header with units, then a row for each step. A row has, for each body, the force and torque
-/// by contacts; for bodies with held points also the force and torque that hold them; and for each pair that
-/// the scene names, the force and torque of the first body on the second. Torques are about centres of mass.
+/// by contacts; for bodies with held points also the force and torque that hold them, and for tied and
+/// grabbed bodies those of ties and grabs; and for each pair that the scene names, the force and torque of
+/// the first body on the second. Torques are about centres of mass.
 class ForcesFile {
  public:
   /// Creates or continues the file, as the constructors of CsvFile do.

@@ -62,8 +62,11 @@ Json wrench_json(const Wrench& wrench) {
 
 /// Forces on a body in the last step, and the largest in any step.
 Json forces_json(const BodyForces& forces, const LargestForce& largest) {
+  const auto or_null = [](const std::optional<Wrench>& w) { return w ? wrench_json(*w) : Json(); };
   return {{"contact", wrench_json(forces.contact)},
-          {"held", forces.held ? wrench_json(*forces.held) : Json()},
+          {"held", or_null(forces.held)},
+          {"tied", or_null(forces.tied)},
+          {"grabbed", or_null(forces.grabbed)},
           {"largest_contact", {{"force", largest.force}, {"step", largest.step}}}};
 }
 

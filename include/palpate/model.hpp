@@ -89,7 +89,7 @@ struct Model {
   std::vector<std::uint8_t> obstacles{};     ///< (n_bodies) 1: rigid, no point of it is free; or empty
   std::vector<Motion> motions{};             ///< prescribed motions of obstacles and attached points
   std::vector<Index> motion_of_point{};      ///< (n_points) index into motions, or -1; or empty
-  std::vector<Vec3> forces{};                ///< (n_points) loads on points, N; or empty
+  std::vector<Vec3> forces{};                ///< (n_points), N, or empty: until set_forces() replaces them
   std::vector<Vec3> velocities{};            ///< (n_points) of free points at the start, m/s; or empty
   std::vector<Grab> grabs{};                 ///< springs to places in space, at the start
   std::vector<Tie> ties{};                   ///< springs between bodies, at rest at the start

@@ -108,8 +108,9 @@ class Simulation {
   void move_to(Index number, const Keyframe& pose);
   /// The present motion with this number. Throws Error on a number out of range.
   [[nodiscard]] const Motion& motion(Index number) const;
-  /// Sets the force (N) on a point from the next step on; replaces the one set before, and zero removes it.
-  /// Throws Error on a point out of range and a force that is not finite.
+  /// Sets the force (N) on a point from the next step on; replaces the one set before (at first that of
+  /// Model::forces), and zero removes it. It adds to all other loads of the model. Throws Error on a point
+  /// out of range and a force that is not finite.
   void set_force(Index point, const Vec3& force);
   /// The same for many points: forces[i] on points[i]; for a repeated point the last one holds. Throws Error,
   /// and changes nothing, where one is out of range or not finite, or lengths differ. O(points).
@@ -139,13 +140,19 @@ class Simulation {
   void release(Index number);
   /// Force of a grab on its point over the last step, N. Throws Error if it is not the number of a grab.
   [[nodiscard]] Vec3 grab_force(Index number) const;
+  /// Numbers of the active grabs, ascending. Those of a model are 0, 1, ... in its order.
+  [[nodiscard]] std::vector<Index> grabs() const;
+  /// A grab with its current target. Throws Error if it is not the number of a grab.
+  [[nodiscard]] const Grab& grab_of(Index number) const;
 
   [[nodiscard]] const Bodies& bodies() const;                ///< meshes and rest positions
   [[nodiscard]] const SimulationSettings& settings() const;  ///< of the next step
   [[nodiscard]] std::span<const Vec3> positions() const;     ///< (n_points x 3)
   [[nodiscard]] std::span<const Vec3> velocities() const;    ///< (n_points x 3)
-  [[nodiscard]] const Detector& detector() const;            ///< contacts at positions()
-  [[nodiscard]] const StepMetrics& metrics() const;          ///< of the last step, or of the start
+  /// (n_points) 1 for points that are neither fixed nor prescribed.
+  [[nodiscard]] std::span<const std::uint8_t> free_points() const;
+  [[nodiscard]] const Detector& detector() const;    ///< contacts at positions()
+  [[nodiscard]] const StepMetrics& metrics() const;  ///< of the last step, or of the start
   /// Whether metrics().fastest_body has been at most settings().rest.speed for settings().rest.time without
   /// interruption.
   [[nodiscard]] bool at_rest() const;
@@ -165,8 +172,13 @@ class Simulation {
   [[nodiscard]] std::vector<PairWrench> pair_wrenches(const Vec3& about) const;
   /// The same as loads on the surface triangles at positions(). O(contacts + triangles).
   [[nodiscard]] SurfaceTractions tractions() const;
-  /// Force of each of ties() on its point during the last step, N: (n_ties x 3).
+  /// Force of each of ties() on its point during the last step, N: (n_ties x 3). The tet feels the opposite.
   [[nodiscard]] std::span<const Vec3> tie_forces() const;
+  /// Force and torque on a body by all of its ties during the last step, about a point, m, at positions().
+  /// Throws Error on a body out of range and a point that is not finite. O(ties).
+  [[nodiscard]] Wrench tie_wrench(Index body, const Vec3& about) const;
+  /// Force and torque on a body by all grabs of its points, as tie_wrench(). O(grabs).
+  [[nodiscard]] Wrench grab_wrench(Index body, const Vec3& about) const;
   /// Sets whether steps compute the reactions at fixed and prescribed points: reactions(). Off by default: it
   /// costs a pass over the tets at such points. O(tets).
   void record_reactions(bool on);

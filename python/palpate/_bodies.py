@@ -130,10 +130,24 @@ class SimulationBody:
         self._simulation.set_positions(positions, self._of_all(points))
 
     def set_velocities(self, velocities: ArrayLike, points: ArrayLike | None = None) -> None:
-        """Sets velocities of its points (indices or a mask; None: all of them), (n, 3) or (3) for all, m/s:
-        Simulation.set_velocities().
+        """Sets velocities of its points (indices or a mask; None: all that are neither fixed nor prescribed), (n, 3) or
+        (3) for all, m/s: Simulation.set_velocities().
         """
-        self._simulation.set_velocities(velocities, self._of_all(points))
+        if points is not None:
+            return self._simulation.set_velocities(velocities, self._of_all(points))
+        movable = self._simulation._movable()
+        chosen = movable[(movable >= self.points.start) & (movable < self.points.stop)]
+        values = _arrays.array_of(velocities, "velocities")
+        if values.ndim == 2 and len(values) == self.points.stop - self.points.start:
+            values = values[chosen - self.points.start]
+        return self._simulation.set_velocities(values, chosen)
+
+    @property
+    def prescribed(self) -> list[int]:
+        """Numbers of the motions of its prescribed points, in the order of the scene or of Model.prescribe(): for
+        Simulation.set_prescribed() and similar functions.
+        """
+        return self._simulation._prescribed_of(self._number)
 
     def set_forces(self, forces: ArrayLike, points: ArrayLike | None = None) -> None:
         """Loads its points (indices or a mask; None: all of them) with forces, (n, 3) or (3) for each, N:
@@ -158,6 +172,14 @@ class SimulationBody:
     def reaction(self, about: ArrayLike | None = None) -> _core.Wrench:
         """Reaction at its fixed or prescribed points during the last step: Simulation.reaction()."""
         return self._simulation.reaction(self._number, about)
+
+    def tie_wrench(self, about: ArrayLike | None = None) -> _core.Wrench:
+        """Force and torque on it by its ties during the last step: Simulation.tie_wrench()."""
+        return self._simulation.tie_wrench(self._number, about)
+
+    def grab_wrench(self, about: ArrayLike | None = None) -> _core.Wrench:
+        """Force and torque on it by grabs of its points during the last step: Simulation.grab_wrench()."""
+        return self._simulation.grab_wrench(self._number, about)
 
     def motor(self, about: ArrayLike | None = None) -> _core.Wrench:
         """Force and torque of its motion's motor in the last step: Simulation.motor()."""

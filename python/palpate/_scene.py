@@ -96,8 +96,9 @@ class Model(_core.Model):
         material: needed unless the body is rigid.
         fixed: points that do not move, as indices or as a mask (n); or a mask (n, 3) of the axes of the world along which
             each point does not move: rollers, planes of symmetry.
-        velocity: of its free points at the start, (3) or (n, 3), m/s. angular_velocity: in addition, about the mean of
-            its points, rad/s. gravity: replaces that of the simulation, m/s^2.
+        velocity: of its free points at the start, (3) or (n, 3), m/s. angular_velocity: in addition, about the
+            centre of its volume (its centre of mass, unless regions have other densities), rad/s. gravity: replaces that
+            of the simulation, m/s^2. Both velocities only of a body that deforms.
         obstacle: rigid, moves only by its motion. motion: prescribed motion; makes it rigid.
         self_collision: whether the body can be in contact with itself.
         Raises Error, and adds nothing, on a bad mesh or value.
@@ -105,12 +106,16 @@ class Model(_core.Model):
         label = f"body {len(self.bodies)}" if name is None else name
         positions = _arrays.points(points, "points")
         axes = self._fixed_axes(fixed, len(positions))
-        velocities = self._velocities(positions, velocity, angular_velocity)
+        corners = _arrays.tets(tets, "tets")
+        velocities = self._velocities(positions, corners, velocity, angular_velocity)
         own_gravity = None if gravity is None else _arrays.vector(gravity, "gravity")
-        if (obstacle or motion is not None) and self_collision:
+        rigid = obstacle or motion is not None
+        if rigid and velocities.any():
+            raise Error("Model.add_body", "velocity", "a velocity of a rigid body", "a body that deforms: a motion moves a rigid one")
+        if rigid and self_collision:
             raise Error("Model.add_body", "self_collision", "True for a rigid body", "False: a rigid body has one shape")
         body = self._add_body(
-            label, positions, _arrays.tets(tets, "tets"), material, (0.0, 0.0, 0.0), axes, obstacle, self_collision, motion
+            label, positions, corners, material, (0.0, 0.0, 0.0), axes, obstacle, self_collision, motion
         )
         if velocities.any():
             self._set_velocities(body, velocities)
@@ -132,61 +137,72 @@ class Model(_core.Model):
         return axes
 
     @staticmethod
-    def _velocities(positions: _arrays.Floats, velocity: ArrayLike, angular_velocity: ArrayLike) -> _arrays.Floats:
-        """Velocity of each point: one for all or one for each, plus a rotation about their mean."""
+    def _velocities(
+        positions: _arrays.Floats, tets: _arrays.Indices, velocity: ArrayLike, angular_velocity: ArrayLike
+    ) -> _arrays.Floats:
+        """Velocity of each point: one for all or one for each, plus a rotation about the centre of volume."""
         each = _arrays.reals(_arrays.array_of(velocity, "velocity"), "velocity")
         if each.shape == (3,):
             each = np.broadcast_to(each, positions.shape)
         if each.shape != positions.shape:
             raise Error("velocity", "", f"an array of shape {each.shape}", f"shape (3,) or {positions.shape}")
         spin = np.array(_arrays.vector(angular_velocity, "angular_velocity"))
-        each = each + np.cross(spin, positions - positions.mean(axis=0))
+        if spin.any() and len(tets) > 0 and tets.min() >= 0 and tets.max() < len(positions):  # else the mesh is refused
+            corners = positions[tets]
+            volumes = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1]))
+            each = each + np.cross(spin, positions - volumes @ corners.mean(axis=1) / max(volumes.sum(), 1e-300))
         if not np.isfinite(each).all():
             raise Error("velocity", "", "a number that is not finite", "finite numbers")
         return np.ascontiguousarray(each)
 
-    def add_region(self, body: int, tets: ArrayLike, material: _core.Material) -> None:
+    def add_region(self, body: int | str, tets: ArrayLike, material: _core.Material) -> None:
         """Gives tets of a body (indices in the body, or a mask) another material; the last one holds."""
-        self._add_region(body, self._selection(body, tets, "tets"), material)
+        number = self._soft(body, "Model.add_region")
+        self._add_region(number, self._selection(number, tets, "tets"), material)
 
-    def set_fibres(self, body: int, directions: ArrayLike) -> None:
+    def set_fibres(self, body: int | str, directions: ArrayLike) -> None:
         """Directions of fibres in each tet of a body, (n_tets, 3) of any length, at rest.
 
         They replace Fibres.direction of the body's materials; a row of zeros keeps that of the material.
         """
-        self._set_fibres(body, _arrays.points(directions, "directions"))
+        number = self._soft(body, "Model.set_fibres")
+        self._set_fibres(number, _arrays.points(directions, "directions"))
 
-    def set_fibres_between(self, body: int, start: ArrayLike, end: ArrayLike) -> None:
+    def set_fibres_between(self, body: int | str, start: ArrayLike, end: ArrayLike) -> None:
         """Lets the fibres of a body run from some of its points to others (indices in the body, or masks), also along
         bends: like those of a muscle between its attachments.
 
         Directions are the gradient of the harmonic function that is 0 at the points of start and 1 at those of end.
         """
-        self._set_fibres_between(body, self._selection(body, start, "points"), self._selection(body, end, "points"))
+        number = self._soft(body, "Model.set_fibres_between")
+        self._set_fibres_between(number, self._selection(number, start, "points"), self._selection(number, end, "points"))
 
-    def attach(self, body: int, points: ArrayLike, to: int, *, stiffness: float | None = None) -> None:
+    def attach(self, body: int | str, points: ArrayLike, to: int | str, *, stiffness: float | None = None) -> None:
         """Attaches points of a body (indices in the body, or a mask) to another body: glued to one with a motion
         (tissue on a bone), or tied by springs to a deformable one, each to the nearest tet at the start.
 
         stiffness: of each spring, N/m; None: that of a contact between the two.
         """
-        self._attach(body, self._selection(body, points, "points"), to, stiffness)
+        number = self._soft(body, "Model.attach")
+        self._attach(number, self._selection(number, points, "points"), self._number(to), stiffness)
 
-    def prescribe(self, body: int, points: ArrayLike, motion: _core.Motion) -> int:
+    def prescribe(self, body: int | str, points: ArrayLike, motion: _core.Motion) -> int:
         """Moves points of a deformable body (indices in the body, or a mask) by a motion of their own; returns its
         number, for Simulation.move_prescribed() and similar functions.
         """
-        return self._prescribe(body, self._selection(body, points, "points"), motion)
+        number = self._soft(body, "Model.prescribe")
+        return self._prescribe(number, self._selection(number, points, "points"), motion)
 
-    def load(self, body: int, points: ArrayLike, force: ArrayLike, *, ramp: _core.Ramp | None = None) -> None:
+    def load(self, body: int | str, points: ArrayLike, force: ArrayLike, *, ramp: _core.Ramp | None = None) -> None:
         """A force, N, shared equally by points of a body (indices or a mask, in its own numbers), times the ramp's factor;
         loads add up.
         """
-        self._load(body, self._selection(body, points, "points"), _arrays.vector(force, "force"), ramp)
+        number = self._soft(body, "Model.load")
+        self._load(number, self._selection(number, points, "points"), _arrays.vector(force, "force"), ramp)
 
     def load_surface(
         self,
-        body: int,
+        body: int | str,
         points: ArrayLike,
         *,
         pressure: float = 0.0,
@@ -197,19 +213,44 @@ class Model(_core.Model):
         numbers).
 
         pressure: Pa, against the outward normal; follows the surface. traction: Pa, per area at rest; keeps its direction.
-        ramp: times its factor.
+        ramp: times its factor. Exactly one of pressure and traction is given.
         """
-        chosen = self._selection(body, points, "points")
-        self._load_surface(body, chosen, pressure, _arrays.vector(traction, "traction"), ramp)
+        number = self._soft(body, "Model.load_surface")
+        chosen = self._selection(number, points, "points")
+        force = _arrays.vector(traction, "traction")
+        if (pressure != 0.0) == any(force):
+            raise Error("Model.load_surface", "", "both pressure and traction" if pressure != 0.0 else "neither pressure nor traction",
+                        "exactly one of the two")
+        self._load_surface(number, chosen, pressure, force, ramp)
 
-    def grab(self, body: int, point: int, target: ArrayLike, stiffness: float) -> None:
-        """A critically damped spring, N/m, from a point of a body (index in the body) to a place in space, m."""
-        self._grab(body, point, _arrays.vector(target, "target"), stiffness)
+    def grab(self, body: int | str, point: int, target: ArrayLike, stiffness: float) -> None:
+        """A critically damped spring, N/m, from a point of a body (index in the body) to a place in space, m. It becomes
+        one of Simulation.grabs.
+        """
+        number = self._soft(body, "Model.grab")
+        self._grab(number, point, _arrays.vector(target, "target"), stiffness)
 
-    def _selection(self, body: int, chosen: ArrayLike, what: str) -> _arrays.Indices:
+    def _number(self, body: int | str) -> int:
+        """The number of a body, from its name or number."""
         bodies = self.bodies
+        if isinstance(body, str):
+            names = [bodies[number].name for number in range(len(bodies))]
+            if body not in names:
+                raise Error("Model", "body", repr(body), f"one of {names}")
+            return names.index(body)
         number = _arrays.integer(body, "body")
         if not 0 <= number < len(bodies):
             raise Error("Model", "body", str(number), f"0 to {len(bodies) - 1}")
-        rows = bodies[number].points if what == "points" else bodies[number].tets
+        return number
+
+    def _soft(self, body: int | str, what: str) -> int:
+        """The number of a body that deforms."""
+        number = self._number(body)
+        if self._is_rigid(number):
+            raise Error(what, "body", f"the rigid body '{self.bodies[number].name}'", "a body that deforms")
+        return number
+
+    def _selection(self, number: int, chosen: ArrayLike, what: str) -> _arrays.Indices:
+        body = self.bodies[number]
+        rows = body.points if what == "points" else body.tets
         return _arrays.selection(chosen, what, rows.stop - rows.start)

@@ -7,10 +7,10 @@ import math
 import os
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Literal, NoReturn
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, NoReturn
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from . import _arrays, _core
 from ._bodies import SimulationBodies, pose_of
@@ -47,8 +47,19 @@ def _outcomes_of(rows: list[tuple[str, str, float, str, tuple[float, float, floa
     }
 
 
+class Ties(NamedTuple):
+    """The springs that tie points to other bodies, one row each: Simulation.ties."""
+
+    point: NDArray[np.int32]
+    """(n) of all points."""
+    tet: NDArray[np.int32]
+    """(n) of all tets: the one the point is tied to."""
+    force: _arrays.Floats
+    """(n, 3) on the point during the last step, N; the tet feels the opposite."""
+
+
 class Grab:
-    """A spring that pulls a point of a simulation; made by Simulation.grab()."""
+    """A spring that pulls a point of a simulation: Simulation.grab() makes one, Simulation.grabs lists all."""
 
     def __init__(self, simulation: _core.Simulation, number: int) -> None:
         self._simulation = simulation
@@ -70,6 +81,26 @@ class Grab:
         self._simulation._move_grab(self._held(), _arrays.vector(target, "target"))
 
     @property
+    def number(self) -> int:
+        """Its number; a later grab may get it after release()."""
+        return self._held()
+
+    @property
+    def point(self) -> int:
+        """The point, of all points."""
+        return self._simulation._grab_of(self._held())[0]
+
+    @property
+    def target(self) -> _arrays.Floats:
+        """(3) the target, m."""
+        return np.array(self._simulation._grab_of(self._held())[1])
+
+    @property
+    def stiffness(self) -> float:
+        """Stiffness of the spring, N/m."""
+        return self._simulation._grab_of(self._held())[2]
+
+    @property
     def force(self) -> _arrays.Floats:
         """(3) force of the spring on its point over the last step, N."""
         return np.array(self._simulation._grab_force(self._held()))
@@ -78,6 +109,10 @@ class Grab:
         """Releases the point."""
         self._simulation._release(self._held())
         self._number = None
+
+
+def _is_true(result: object) -> bool:
+    return isinstance(result, (bool, np.bool_)) and bool(result)
 
 
 class Simulation(_core.Simulation):
@@ -137,7 +172,7 @@ class Simulation(_core.Simulation):
 
         steps: None makes the remaining steps of the scene's duration, or of its stages (docs/stages.md).
         until_rest: ends once nothing moves (`rest` in the scene).
-        callback: is called with the simulation after each step, and ends the run where it returns True.
+        callback: is called with the simulation after each step, and ends the run if it returns True (bool, or NumPy's).
         progress: shows a bar of tqdm.
 
         Warns with NotConverged where steps did not converge (steps_not_converged counts them).
@@ -157,7 +192,7 @@ class Simulation(_core.Simulation):
                 self.step()
                 done += 1
                 shown.update()
-                if callback is not None and callback(self) is True:
+                if callback is not None and _is_true(callback(self)):
                     break
         if bad := self.steps_not_converged - before:
             warnings.warn(f"NOT CONVERGED in {bad} of {done} steps: do not trust positions", NotConverged, stacklevel=2)
@@ -255,26 +290,32 @@ class Simulation(_core.Simulation):
         self._place(self._motion_of(self.body_number(body)), pose, quaternion)
 
     def set_prescribed(self, number: int, motion: _core.Motion) -> None:
-        """Replaces the motion of points of Model.prescribe(); number: what it returned. Like set_motion()."""
+        """Replaces the motion of prescribed points, like set_motion(). number: what Model.prescribe() returned, or of a
+        scene one of bodies[...].prescribed. Raises Error, and changes nothing, on another number.
+        """
+        self._check_prescribed(number)
         self._set_motion(number, motion)
 
     def move_prescribed(
         self, number: int, pose: ArrayLike | _core.Keyframe, quaternion: ArrayLike | None = None
     ) -> None:
-        """Moves points of Model.prescribe() to a pose; number: what it returned. Like move_to()."""
+        """Moves prescribed points to a pose, like move_to(). number: as for set_prescribed()."""
+        self._check_prescribed(number)
         self._place(number, pose, quaternion)
 
     def _place(self, number: int, pose: ArrayLike | _core.Keyframe, quaternion: ArrayLike | None) -> None:
         self._move_to(number, *pose_of(pose, quaternion, self._motion(number).center))
 
     def set_force(self, point: int, force: ArrayLike) -> None:
-        """Sets the force on a point (index among all points), N, from the next step on; replaces the one set before."""
+        """Sets the force on a point (index among all points), N, from the next step on; replaces the one set before, and
+        zero removes it. It adds to the loads of the model.
+        """
         self._set_forces(np.array([_arrays.integer(point, "point")], np.int32), np.array([_arrays.vector(force, "force")]))
 
     def set_forces(self, points: ArrayLike, forces: ArrayLike) -> None:
         """Sets forces on points (indices or a mask, of all points), (n, 3) or (3) for each of them, N, from the next
-        step on; replaces those set before. For a point that is given twice the last force holds; they are not added.
-        Raises Error, and changes nothing, on a bad one.
+        step on; replaces those set before, and zero removes one. They add to the loads of the model. For a point that is
+        given twice the last force holds; they are not added. Raises Error, and changes nothing, on a bad one.
         """
         chosen = self._points(points)
         self._set_forces(chosen, _arrays.vectors(forces, "forces", len(chosen)))
@@ -282,8 +323,8 @@ class Simulation(_core.Simulation):
     def set_pressure(self, triangles: ArrayLike, pressure: ArrayLike) -> None:
         """Sets a pressure on surface triangles (indices or a mask, of bodies.triangles), one number for all or (n), Pa,
         against their outward normals, from the next step on; replaces the one set before, and 0 removes it. It follows
-        the surface. For a triangle that is given twice the last value holds. Raises Error, and changes nothing, on a bad
-        one.
+        the surface, and adds to the loads of the model. For a triangle that is given twice the last value holds. Raises
+        Error, and changes nothing, on a bad one.
         """
         chosen = _arrays.selection(triangles, "triangles", len(self._bodies.triangles))
         values = _arrays.numbers(pressure, "pressure", len(chosen))
@@ -303,13 +344,17 @@ class Simulation(_core.Simulation):
             values = values[chosen]
         self._set_positions(chosen, _arrays.vectors(values, "positions", len(chosen)))
 
-    def set_velocities(self, velocities: ArrayLike, points: ArrayLike) -> None:
-        """Sets velocities of points (indices or a mask, of all points), (n, 3) or (3) for all, m/s. Raises Error, and
-        changes nothing, on a point that is fixed or prescribed, a velocity along an axis that is fixed, and a number that is
-        not finite.
+    def set_velocities(self, velocities: ArrayLike, points: ArrayLike | None = None) -> None:
+        """Sets velocities of points (indices or a mask, of all points; None: all that are neither fixed nor prescribed),
+        (n, 3) or (3) for all, m/s. Without `points`, n may be the number of all points. Raises Error, and changes
+        nothing, on a point that is fixed or prescribed, a velocity along an axis that is fixed, and a number that is not
+        finite.
         """
-        chosen = self._points(points)
-        self._set_velocities(chosen, _arrays.vectors(velocities, "velocities", len(chosen)))
+        chosen = self._movable() if points is None else self._points(points)
+        values = _arrays.array_of(velocities, "velocities")
+        if points is None and values.ndim == 2 and len(values) == len(self._bodies.points_rest):
+            values = values[chosen]
+        self._set_velocities(chosen, _arrays.vectors(values, "velocities", len(chosen)))
 
     def contact_wrench(self, body: int | str, about: ArrayLike | None = None) -> _core.Wrench:
         """Force and torque on a body (number or name) by contacts during the last step, N and N m, about a point, or its
@@ -374,6 +419,33 @@ class Simulation(_core.Simulation):
         bodies = self._bodies
         rigid = np.array([self._is_rigid(number) for number in range(len(bodies))], dtype=bool)
         return np.flatnonzero(~np.asarray(self._prescribed(), dtype=bool) & ~rigid[bodies.body_of_point]).astype(np.int32)
+
+    def _movable(self) -> _arrays.Indices:
+        """Points that are neither fixed nor prescribed."""
+        return np.flatnonzero(np.asarray(self._moves_freely(), dtype=bool)).astype(np.int32)
+
+    @property
+    def grabs(self) -> list[Grab]:
+        """All active grabs by number, also those of the scene or the model."""
+        return [Grab(self, number) for number in self._grabs()]
+
+    @property
+    def ties(self) -> Ties:
+        """The ties of the scene, the model, tie() and stages, with their forces during the last step."""
+        point, tet = self._ties()
+        return Ties(np.array(point, np.int32), np.array(tet, np.int32), self.tie_forces)
+
+    def tie_wrench(self, body: int | str, about: ArrayLike | None = None) -> _core.Wrench:
+        """Force and torque on a body (number or name) by all of its ties during the last step, N and N m, about a point,
+        or its centre of mass.
+        """
+        number = self.body_number(body)
+        return self._tie_wrench(number, self._about(number, about))
+
+    def grab_wrench(self, body: int | str, about: ArrayLike | None = None) -> _core.Wrench:
+        """Force and torque on a body by all grabs of its points: like tie_wrench()."""
+        number = self.body_number(body)
+        return self._grab_wrench(number, self._about(number, about))
 
     def grab(self, point: int, target: ArrayLike, stiffness: float) -> Grab:
         """Pulls a point (of all points) by a spring, N/m, to a place, m, from the next step on.

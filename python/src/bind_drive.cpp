@@ -104,10 +104,25 @@ void bind_changes(Bound& simulation) {
       .def("_move_grab", [](Simulation& s, Index number,
                             const Three& target) { s.idle().move_grab(number, vector_of_three(target)); })
       .def("_release", [](Simulation& s, Index number) { s.idle().release(number); })
-      .def("_grab_force", [](Simulation& s, Index number) {
-        const Vec3 force = s.idle().grab_force(number);
-        return Three{force.x, force.y, force.z};
-      });
+      .def("_grab_force",
+           [](Simulation& s, Index number) {
+             const Vec3 force = s.idle().grab_force(number);
+             return Three{force.x, force.y, force.z};
+           })
+      .def("_moves_freely",
+           [](Simulation& s) {
+             const std::span<const std::uint8_t> free = s.idle().free_points();
+             return std::vector<std::uint8_t>(free.begin(), free.end());
+           })
+      .def("_grabs", [](Simulation& s) { return s.idle().grabs(); })
+      .def(
+          "_grab_of",
+          [](Simulation& s, Index number) {
+            const Grab& grab = s.idle().grab_of(number);
+            return std::tuple(grab.point, Three{grab.target.x, grab.target.y, grab.target.z}, grab.stiffness);
+          })
+      .def("_prescribed_of", &Simulation::prescribed_of)
+      .def("_check_prescribed", &Simulation::check_prescribed);
 }
 
 /// Binds the forces of the last step.
@@ -128,6 +143,23 @@ void bind_forces_of(Bound& simulation) {
           "tie_forces", [](Simulation& s) { return copied<double>(s.idle().tie_forces()); },
           nb::rv_policy::reference, doc::Simulation_tie_forces,
           nb::sig("def tie_forces(self) -> numpy.typing.NDArray[numpy.float64]"))
+      .def("_ties",
+           [](Simulation& s) {
+             std::pair<std::vector<Index>, std::vector<Index>> ties;
+             for (const Tie& tie : s.idle().ties()) {
+               ties.first.push_back(tie.point);
+               ties.second.push_back(tie.tet);
+             }
+             return ties;
+           })
+      .def("_tie_wrench",
+           [](Simulation& s, Index body, const Three& about) {
+             return s.idle().tie_wrench(body, vector_of_three(about));
+           })
+      .def("_grab_wrench",
+           [](Simulation& s, Index body, const Three& about) {
+             return s.idle().grab_wrench(body, vector_of_three(about));
+           })
       .def(
           "record_reactions", [](Simulation& s, bool on) { s.idle().record_reactions(on); }, nb::arg("on"),
           doc::Simulation_record_reactions)

@@ -132,6 +132,7 @@ void bind_model(nb::module_& m) {
           nb::arg("name"), nb::arg("points"), nb::arg("tets"), nb::arg("material").none(),
           nb::arg("velocity"), nb::arg("fixed"), nb::arg("obstacle"), nb::arg("self_collision"),
           nb::arg("motion").none())
+      .def("_is_rigid", &Model::is_rigid)
       .def("_add_region", [](Model& model, Index body, const ArrayIn<Index, -1>& tets,
                              const Material& material) { model.add_region(body, values_of(tets), material); })
       .def(

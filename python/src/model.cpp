@@ -37,6 +37,10 @@ const Body& Model::body_at(Index body, const char* what) const {
   return at(data_.bodies.bodies(), body);
 }
 
+bool Model::is_rigid(Index body) const {
+  return at(data_.obstacles, body) != 0;
+}
+
 Index Model::point_at(const Body& body, Index point, const char* what) const {
   if (point < 0 || point >= body.points.size()) {
     throw Error(what, "point", std::to_string(point), "0 to " + std::to_string(body.points.size() - 1));
@@ -158,8 +162,10 @@ void Model::tie(const Body& tissue, std::span<const Index> points, Index to,
 void Model::follow(const Body& tissue, std::span<const Index> points, Index motion, const char* what) {
   for (const Index point : points) {
     const Index p = point_at(tissue, point, what);
-    if (at(data_.fixed_points, p) != 0) {
-      throw Error(what, "points", "point " + std::to_string(point) + ", which is fixed",
+    const bool has_axes = !data_.fixed_axes.empty() && at(data_.fixed_axes, p) != 0;
+    if (at(data_.fixed_points, p) != 0 || has_axes) {
+      throw Error(what, "points",
+                  "point " + std::to_string(point) + ", which is fixed" + (has_axes ? " along an axis" : ""),
                   "points that can move");
     }
     if (at(data_.motion_of_point, p) >= 0 && at(data_.motion_of_point, p) != motion) {
@@ -182,16 +188,9 @@ void Model::load(Index body, std::span<const Index> points, const Vec3& force, s
   const Body& loaded = body_at(body, "Model.load");
   if (points.empty()) throw Error("Model.load", "points", "none", "at least one");
   for (const Index point : points) static_cast<void>(point_at(loaded, point, "Model.load"));
-  if (ramp) {
-    PointLoad load{.points = {}, .force = force, .ramp = std::move(*ramp)};
-    for (const Index point : points) load.points.push_back(loaded.points.begin + point);
-    data_.point_loads.push_back(std::move(load));
-    return;
-  }
-  data_.forces.resize(data_.bodies.points_rest().size());
-  for (const Index point : points) {
-    at(data_.forces, loaded.points.begin + point) += (1.0 / static_cast<double>(points.size())) * force;
-  }
+  PointLoad load{.points = {}, .force = force, .ramp = std::move(ramp).value_or(Ramp{})};
+  for (const Index point : points) load.points.push_back(loaded.points.begin + point);
+  data_.point_loads.push_back(std::move(load));
 }
 
 void Model::load_surface(Index body, std::span<const Index> points, SurfaceLoad load) {

@@ -51,6 +51,7 @@ class Model {
   /// Positions at time 0 (n_points x 3), m: at rest, prescribed ones at the pose of their motion.
   [[nodiscard]] std::vector<Vec3> start_positions() const;
   [[nodiscard]] const palpate::Model& data() const { return data_; }
+  [[nodiscard]] bool is_rigid(Index body) const;
   /// (n_bodies) 1 for bodies with self-collision.
   [[nodiscard]] const std::vector<std::uint8_t>& self_collision() const { return self_collision_; }
   /// (n_tets) 1: reoriented: two corners were swapped relative to the input mesh.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <nanobind/nanobind.h>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -191,6 +192,30 @@ std::shared_ptr<TissueState> Simulation::tissue_at_points(const TissueState* of_
   return tissue_at_points_ = std::make_shared<TissueState>(
              of_tets == nullptr ? simulation_->tissue_at_points()
                                 : simulation_->tissue_at_points(*of_tets, std::move(memory)));
+}
+
+std::vector<Index> Simulation::prescribed_of(Index body) {
+  const std::span<const Index> motions = idle().motion_of_points();
+  const Range points = at(simulation_->bodies().bodies(), body).points;
+  std::set<Index> numbers;
+  for (Index p = points.begin; p < points.end; ++p) numbers.insert(at(motions, p));
+  for (const Index of_body : motion_of_body_) numbers.erase(of_body);
+  numbers.erase(-1);
+  return {numbers.begin(), numbers.end()};
+}
+
+void Simulation::check_prescribed(Index number) {
+  const Index count = idle().motion_count();
+  const auto body = std::ranges::find(motion_of_body_, number);
+  if (number < 0 || number >= count || body != motion_of_body_.end()) {
+    std::string found = std::to_string(number);
+    if (number >= 0 && body != motion_of_body_.end()) {
+      const auto b = static_cast<Index>(body - motion_of_body_.begin());
+      found += ", the motion of the body '" + at(simulation_->bodies().bodies(), b).name + "'";
+    }
+    throw Error("Simulation", "number", found,
+                "a number of bodies[...].prescribed, or what Model.prescribe() returned");
+  }
 }
 
 Index Simulation::motion_of(Index body) const {

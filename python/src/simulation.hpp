@@ -65,6 +65,10 @@ class Simulation {
   std::shared_ptr<TissueState> tissue();
   /// The same of the points, from that of the tets where it is given.
   std::shared_ptr<TissueState> tissue_at_points(const TissueState* of_tets);
+  /// Numbers of the motions of prescribed points of a body, ascending.
+  [[nodiscard]] std::vector<Index> prescribed_of(Index body);
+  /// Throws Error if it is not the number of a motion, or that of a rigid body.
+  void check_prescribed(Index number);
   /// The body's motion. Throws Error if it has none.
   [[nodiscard]] Index motion_of(Index body) const;
   /// Of its scene; SI for a model built in code.

@@ -82,10 +82,13 @@ class BodyPoints {
       const auto motion = static_cast<Index>(model_.motions.size());
       for (const Index i : select_(prescription.points, where)) {
         Index& there = at(model_.motion_of_point, range_.begin + i);
-        if (there >= 0 || at(model_.fixed_points, range_.begin + i) != 0) {
+        const bool has_axes = !model_.fixed_axes.empty() && at(model_.fixed_axes, range_.begin + i) != 0;
+        if (there >= 0 || has_axes || at(model_.fixed_points, range_.begin + i) != 0) {
           throw Error(scene_.source, where,
                       "point " + std::to_string(i) +
-                          (there >= 0 ? ", which follows another motion" : ", which is fixed"),
+                          (there >= 0 ? ", which follows another motion"
+                           : has_axes ? ", which is fixed along an axis"
+                                      : ", which is fixed"),
                       "points that are not fixed and follow no other motion");
         }
         there = motion;
@@ -185,14 +188,8 @@ class BodyPoints {
     }
   }
   void add_force(const Load& load, std::vector<Index> indices) {
-    if (load.ramp) {
-      for (Index& i : indices) i += range_.begin;
-      model_.point_loads.push_back({std::move(indices), *load.force, *load.ramp});
-      return;
-    }
-    model_.forces.resize(model_.bodies.points_rest().size());
-    for (const Index i : indices)
-      at(model_.forces, range_.begin + i) += (1.0 / static_cast<double>(indices.size())) * *load.force;
+    for (Index& i : indices) i += range_.begin;
+    model_.point_loads.push_back({std::move(indices), *load.force, load.ramp.value_or(Ramp{})});
   }
   void fill_gravity() {
     if (!body_.gravity) return;

@@ -81,8 +81,25 @@ void check_views(const Scene& scene) {
     if (view.displacement) check_known(scene, view.displacement->bodies, path + ".displacement.bodies");
     if (view.field) check_known(scene, view.field->bodies, path + ".field.bodies");
   }
-  for (std::size_t i = 0; i < scene.output.pairs.size(); ++i)
-    check_known(scene, scene.output.pairs[i].bodies, element_path("output.pairs", i) + ".bodies");
+}
+
+/// Checks that pairs with columns in forces.csv are different and consist of existing bodies.
+void check_pairs(const Scene& scene) {
+  std::set<std::vector<std::string>> pairs;
+  for (std::size_t i = 0; i < scene.output.pairs.size(); ++i) {
+    const std::vector<std::string>& names = scene.output.pairs[i].bodies.names;
+    const std::string path = element_path("output.pairs", i) + ".bodies";
+    check_known(scene, scene.output.pairs[i].bodies, path);
+    const auto body = std::ranges::find(scene.bodies, names[0], &SceneBody::name);
+    if (names[0] == names[1] && !body->self_collision) {
+      throw Error(scene.source, path, "'" + names[0] + "' twice, a body without self_collision",
+                  "two different bodies");
+    }
+    if (!pairs.insert(names).second) {
+      throw Error(scene.source, path, "'" + names[0] + "' and '" + names[1] + "' for the second time",
+                  "a pair that no other has");
+    }
+  }
 }
 
 /// The longest duration of all stages together.
@@ -133,6 +150,7 @@ void fill(Scene& scene, const nlohmann::json& json) {
   reader.finish();
   name_bodies(scene);
   check_views(scene);
+  check_pairs(scene);
   set_duration(scene, json);
   check_stages(scene);
   check_outcomes(scene);

@@ -51,9 +51,9 @@ void Grabs::release(Index number) {
   at(held_, number) = {};
 }
 
-Vec3 Grabs::force(Index number) const {
+const HeldGrab& Grabs::held(Index number) const {
   check(number);
-  return at(held_, number).force;
+  return at(held_, number);
 }
 
 void Grabs::append(std::span<const Vec3> positions, std::span<const double> masses,

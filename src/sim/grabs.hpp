@@ -25,8 +25,7 @@ class Grabs {
   Index add(const Grab& grab);
   void move(Index number, const Vec3& target);
   void release(Index number);
-  /// Force over the last step, N.
-  [[nodiscard]] Vec3 force(Index number) const;
+  [[nodiscard]] const HeldGrab& held(Index number) const;
 
   /// Appends a coupling for each active grab, in order of their numbers: stiffness k and damping 2 sqrt(k m)
   /// in all directions, implicit in the solver.

@@ -231,6 +231,9 @@ std::span<const Vec3> Simulation::positions() const {
 std::span<const Vec3> Simulation::velocities() const {
   return state_->dynamics.velocities();
 }
+std::span<const std::uint8_t> Simulation::free_points() const {
+  return state_->dynamics.free_points();
+}
 const Detector& Simulation::detector() const {
   return state_->detector;
 }

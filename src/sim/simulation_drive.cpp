@@ -124,7 +124,18 @@ void Simulation::release(Index number) {
   state_->grabs.release(number);
 }
 Vec3 Simulation::grab_force(Index number) const {
-  return state_->grabs.force(number);
+  return state_->grabs.held(number).force;
+}
+const Grab& Simulation::grab_of(Index number) const {
+  return state_->grabs.held(number).grab;
+}
+std::vector<Index> Simulation::grabs() const {
+  std::vector<Index> numbers;
+  const std::vector<HeldGrab>& all = state_->grabs.all();
+  for (Index g = 0; g < std::ssize(all); ++g) {
+    if (at(all, g).grab.point >= 0) numbers.push_back(g);
+  }
+  return numbers;
 }
 
 }  // namespace palpate

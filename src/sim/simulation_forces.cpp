@@ -97,6 +97,36 @@ std::span<const Vec3> Simulation::tie_forces() const {
   return state_->step_forces.ties();
 }
 
+Wrench Simulation::tie_wrench(Index body, const Vec3& about) const {
+  check_index("body", body, bodies().body_count());
+  check_about(about);
+  Wrench sum{.force = {}, .torque = {}, .about = about};
+  const std::vector<HeldTie>& ties = state_->holds.ties;
+  const Range& points = at(bodies().bodies(), body).points;
+  const auto has = [&](Index p) { return points.begin <= p && p < points.end; };
+  for (std::size_t t = 0; t < ties.size(); ++t) {
+    const Vec3& force = tie_forces()[t];
+    const Tet& tet = at(bodies().tets(), ties[t].tie.tet);
+    if (has(ties[t].tie.point)) add_force(force, at(positions(), ties[t].tie.point), sum);
+    if (!has(tet[0])) continue;
+    Vec3 place;
+    for (std::size_t k = 0; k < 4; ++k) place += ties[t].weights[k] * at(positions(), tet[k]);
+    add_force(-force, place, sum);
+  }
+  return sum;
+}
+
+Wrench Simulation::grab_wrench(Index body, const Vec3& about) const {
+  check_index("body", body, bodies().body_count());
+  check_about(about);
+  Wrench sum{.force = {}, .torque = {}, .about = about};
+  for (const HeldGrab& held : state_->grabs.all()) {
+    if (held.grab.point < 0 || at(bodies().body_of_point(), held.grab.point) != body) continue;
+    add_force(held.force, at(positions(), held.grab.point), sum);
+  }
+  return sum;
+}
+
 std::span<const Vec3> Simulation::reactions() const {
   if (state_->reactions.empty() && !state_->bodies.points_rest().empty()) {
     throw Error("simulation", "reactions", "a step that did not record them",
@@ -121,8 +151,7 @@ Wrench Simulation::reaction_of_motion(Index motion, const Vec3& about) const {
   for (std::size_t i = 0; i < prescribed.points().size(); ++i) {
     if (prescribed.motion_of_points()[i] != motion) continue;
     const Index p = prescribed.points()[i];
-    sum.force += at(all, p);
-    sum.torque += cross(at(positions(), p) - about, at(all, p));
+    add_force(at(all, p), at(positions(), p), sum);
   }
   return sum;
 }

@@ -24,9 +24,7 @@ Wrench wrench_on(std::span<const ActedContact> contacts, const Bodies& bodies,
     const Index inside = contact.body_inside(bodies);
     const Index penetrated = contact.penetrated_body(bodies);
     if ((inside == body) == (penetrated == body)) continue;  // both sides are in the body, or none is
-    const Vec3 force = inside == body ? contact.force : -contact.force;
-    sum.force += force;
-    sum.torque += cross(place_of(contact, positions) - about, force);
+    add_force(inside == body ? contact.force : -contact.force, place_of(contact, positions), sum);
   }
   return sum;
 }
@@ -51,9 +49,7 @@ std::vector<PairWrench> wrenches_of_pairs(std::span<const ActedContact> contacts
     if (contact.status != ContactStatus::open) ++pair.contacts;
     pair.normal += dot(contact.force, contact.direction);
     if (low == high) continue;
-    const Vec3 on_high = inside == high ? contact.force : -contact.force;
-    pair.on_b.force += on_high;
-    pair.on_b.torque += cross(place_of(contact, positions) - at(centers, high), on_high);
+    add_force(inside == high ? contact.force : -contact.force, place_of(contact, positions), pair.on_b);
   }
   return pairs;
 }

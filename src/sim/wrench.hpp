@@ -28,6 +28,12 @@ void check_about(const Vec3& about);
                                                         const Bodies& bodies, std::span<const Vec3> positions,
                                                         std::span<const Vec3> centers);
 
+/// Adds a force at a place.
+inline void add_force(const Vec3& force, const Vec3& place, Wrench& sum) {
+  sum.force += force;
+  sum.torque += cross(place - sum.about, force);
+}
+
 /// The wrench of forces on the wanted points of a range, about a point. O(points of the range).
 template <class Wanted>
 Wrench wrench_of_points(std::span<const Vec3> forces, std::span<const Vec3> positions, Range points,
@@ -35,9 +41,7 @@ Wrench wrench_of_points(std::span<const Vec3> forces, std::span<const Vec3> posi
   Wrench sum{.force = {}, .torque = {}, .about = about};
   for (Index p = points.begin; p < points.end; ++p) {
     if (!wanted(p)) continue;
-    const Vec3& force = forces[static_cast<std::size_t>(p)];
-    sum.force += force;
-    sum.torque += cross(positions[static_cast<std::size_t>(p)] - about, force);
+    add_force(forces[static_cast<std::size_t>(p)], positions[static_cast<std::size_t>(p)], sum);
   }
   return sum;
 }
