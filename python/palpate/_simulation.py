@@ -88,17 +88,20 @@ class Grab:
     @property
     def point(self) -> int:
         """The point, of all points."""
-        return self._simulation._grab_of(self._held())[0]
+        point, _, _ = self._simulation._grab_of(self._held())
+        return point
 
     @property
     def target(self) -> _arrays.Floats:
         """(3) the target, m."""
-        return np.array(self._simulation._grab_of(self._held())[1])
+        _, target, _ = self._simulation._grab_of(self._held())
+        return np.array(target)
 
     @property
     def stiffness(self) -> float:
         """Stiffness of the spring, N/m."""
-        return self._simulation._grab_of(self._held())[2]
+        _, _, stiffness = self._simulation._grab_of(self._held())
+        return stiffness
 
     @property
     def force(self) -> _arrays.Floats:

@@ -306,14 +306,17 @@ TEST(LoadModel, PutsMotionsAttachmentsLoadsAndGrabsOnTheirPoints) {
   EXPECT_NEAR(model.motions[0].keyframes[1].quaternion[3], 1.0, 1e-15);
   const auto points = model.bodies.points_rest();
   ASSERT_EQ(points.size(), 8U + 27U);
-  ASSERT_EQ(model.forces.size(), points.size());
   for (std::size_t p = 0; p < points.size(); ++p) {
     EXPECT_EQ(model.fixed_points[p], p < 8 ? 1 : 0);
     EXPECT_EQ(model.motion_of_point[p], p < 8 || points[p].x == 9.0 ? 0 : -1);
-    Vec3 force{0, 0, p >= 8 && points[p].x == 11.0 ? 2.0 : 0.0};  // 18 N over 9 points
-    if (p == 8 + 26) force.x = 1.0;
-    EXPECT_EQ(model.forces[p], force) << p;
   }
+  EXPECT_TRUE(model.forces.empty()) << "those of set_forces(), which adds to the loads of a scene";
+  ASSERT_EQ(model.point_loads.size(), 2U);
+  EXPECT_EQ(model.point_loads[0].force, (Vec3{0, 0, 18}));
+  EXPECT_EQ(model.point_loads[0].points.size(), 9U);
+  for (const Index p : model.point_loads[0].points) EXPECT_EQ(points[static_cast<std::size_t>(p)].x, 11.0);
+  EXPECT_EQ(model.point_loads[1].force, (Vec3{1, 0, 0}));
+  EXPECT_EQ(model.point_loads[1].points, std::vector<Index>{8 + 26});
   ASSERT_EQ(model.grabs.size(), 1U);
   EXPECT_EQ(points[static_cast<std::size_t>(model.grabs[0].point)], (Vec3{11, 1, 1}));
   EXPECT_EQ(model.grabs[0].stiffness, 7.0);
@@ -328,10 +331,11 @@ TEST(LoadModel, PutsSurfaceLoadsRampsGravityAndTurnsOnABody) {
         {"pressure": 7, "box": {"lower": [4, -1, 1], "upper": [6, 1, 1]}},
         {"traction": [0, 3, 0], "box": {"lower": [4, -1, -1], "upper": [4, 1, 1]}, "ramp": {"times": [3], "factors": [1]}}])";
   const Model model = load_model(scene_of(loads), {});
-  EXPECT_EQ(model.forces[1], (Vec3{0, 0, 4})) << "without a ramp: constant forces of points";
-  ASSERT_EQ(model.point_loads.size(), 1U);
-  EXPECT_EQ(model.point_loads[0].points, std::vector<Index>{2});
-  EXPECT_EQ(model.point_loads[0].ramp.factors, (std::vector<double>{0.0, 2.0}));
+  ASSERT_EQ(model.point_loads.size(), 2U);
+  EXPECT_EQ(model.point_loads[0].points, (std::vector<Index>{0, 1}));
+  EXPECT_TRUE(model.point_loads[0].ramp.times.empty());
+  EXPECT_EQ(model.point_loads[1].points, std::vector<Index>{2});
+  EXPECT_EQ(model.point_loads[1].ramp.factors, (std::vector<double>{0.0, 2.0}));
   ASSERT_EQ(model.surface_loads.size(), 2U);
   EXPECT_EQ(model.surface_loads[0].pressure, 7.0);
   EXPECT_EQ(model.surface_loads[0].triangles.size(), 8U) << "the top of 2 x 2 cells";

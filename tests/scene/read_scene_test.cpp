@@ -224,6 +224,8 @@ TEST(ReadScene, NamesTheKeyOfEachError) {
        "bodies[0].loads[0].ramp.times: found times that do not increase"},
       {with(R"("output": {"fields": ["von_misses"]})"),
        "output.fields[0]: found \"von_misses\", expected 'von_mises'"},
+      {with(R"("output": {"pairs": [{"bodies": ["body 0", "body 0"]}]})"),
+       "output.pairs[0].bodies: found 'body 0' twice, a body without self_collision, expected two different bodies"},
       {with(R"("output": {"pairs": [{"bodies": ["a"]}]})"),
        "output.pairs[0].bodies: found 1, expected two names"},
       {with(R"("output": {"views": [{"name": "v", "field": {"name": "stress"}}]})"),

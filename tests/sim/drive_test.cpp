@@ -130,6 +130,11 @@ TEST(Grab, HoldsABodyByItsWeightOverItsStiffnessAndLetsGo) {
   for (int i = 0; i < 600; ++i) simulation.step();
   const double weight = 9.81 * simulation.masses()[0];
   EXPECT_NEAR(simulation.grab_force(number).z, weight, 1e-4 * weight);
+  EXPECT_EQ(simulation.grabs(), std::vector<Index>{number});
+  EXPECT_EQ(simulation.grab_of(number).point, 13);
+  const Wrench wrench = simulation.grab_wrench(0, simulation.positions()[13] - Vec3{0.1, 0.0, 0.0});
+  EXPECT_EQ(wrench.force, simulation.grab_force(number));
+  EXPECT_NEAR(wrench.torque.y, -0.1 * weight, 1e-4 * weight) << "x cross z is -y";
   EXPECT_NEAR(simulation.positions()[13].z, start.z - weight / 500.0, 1e-4 * weight / 500.0);
 
   simulation.move_grab(number, start + Vec3{0, 0, 0.5});
@@ -137,6 +142,8 @@ TEST(Grab, HoldsABodyByItsWeightOverItsStiffnessAndLetsGo) {
   EXPECT_NEAR(simulation.positions()[13].z, start.z + 0.5 - weight / 500.0, 1e-4);
 
   simulation.release(number);
+  EXPECT_TRUE(simulation.grabs().empty());
+  EXPECT_EQ(simulation.grab_wrench(0, {}).force, Vec3{});
   simulation.step();
   simulation.step();
   EXPECT_LT(mean_velocity(simulation, 0).z, -0.1) << "falls";

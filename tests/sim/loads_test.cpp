@@ -1,8 +1,10 @@
 // Loads on points and surfaces, and driving a simulation between steps. Oracles: Newton, Hooke, Pascal.
 #include "sim/loads.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
+#include <ranges>
 #include <string>
 
 #include <palpate/error.hpp>
@@ -178,6 +180,28 @@ TEST(DriveForces, OnManyPointsAreThoseOfTheModel) {
   }
   EXPECT_EQ(a.state_hash(), b.state_hash());
   EXPECT_GT(a.metrics().largest_speed, 0.01);
+}
+
+TEST(DriveForces, AddToTheLoadsOfTheModelWithAndWithoutARamp) {
+  const std::vector<Index> all = [] {
+    std::vector<Index> points(block().bodies.points_rest().size());
+    std::ranges::iota_view numbers(Index{0}, static_cast<Index>(points.size()));
+    std::ranges::copy(numbers, points.begin());
+    return points;
+  }();
+  const std::vector<Vec3> up(all.size(), {0.0, 0.0, 1.0 / static_cast<double>(all.size())});
+  for (const bool ramp : {false, true}) {
+    Model model = block();
+    model.materials[0].mass_damping = 0.0;
+    model.point_loads.push_back({all, {2.0, 0.0, 0.0}, ramp ? Ramp{{0.0}, {1.0}} : Ramp{}});
+    Simulation simulation(std::move(model), weightless(), 1);
+    simulation.set_forces(all, up);
+    simulation.step();
+    const Vec3 moved = simulation.center_of_mass(0) - Vec3{0.05, 0.05, 0.05};
+    const double per_newton = 0.01 * 0.01 / at(simulation.masses(), 0);  // implicit Euler
+    EXPECT_NEAR(moved.x, 2.0 * per_newton, 1e-9 * per_newton) << ramp;
+    EXPECT_NEAR(moved.z, 1.0 * per_newton, 1e-9 * per_newton) << ramp;
+  }
 }
 
 TEST(DrivePressure, IsThatOfTheModelAndPartOfASavedState) {

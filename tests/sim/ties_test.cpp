@@ -57,6 +57,13 @@ TEST(Ties, CarryAWeightLikeSprings) {
   const double expected = at(simulation.masses(), 1) * 9.81 / (ties * k);
   EXPECT_NEAR(rise.z, expected, 0.01 * expected);
   EXPECT_LT(std::hypot(rise.x, rise.y), 1e-3 * expected);
+  const double weight = at(simulation.masses(), 1) * 9.81;
+  const Wrench upper = simulation.tie_wrench(1, {0.3, 0.0, 0.0});
+  const Wrench lower = simulation.tie_wrench(0, {0.3, 0.0, 0.0});
+  EXPECT_NEAR(upper.force.z, -weight, 1e-4 * weight);
+  EXPECT_NEAR(upper.torque.y, -0.3 * weight, 1e-3 * weight) << "the arm is -0.3 m along x";
+  EXPECT_LT(length(upper.force + lower.force), 1e-12 * weight);
+  EXPECT_LT(length(upper.torque + lower.torque), 1e-9 * weight);
 }
 
 TEST(Ties, PullBothBodiesAlike) {
