@@ -36,13 +36,16 @@ HWY_INLINE void rotate(EigenV& m) {
   const V one = set(1.0);
   const V difference = hn::Sub(m.diagonal[q], m.diagonal[p]);
   const V twice = hn::Add(m.off[r], m.off[r]);
-  const V size = hn::Sqrt(hn::MulAdd(difference, difference, hn::Mul(twice, twice)));
-  const V under = hn::Add(hn::Add(hn::Abs(difference), size), set(1e-300));
-  const V t = hn::Mul(hn::CopySign(one, difference), hn::Div(twice, under));
-  const V c = hn::Div(one, hn::Sqrt(hn::MulAdd(t, t, one)));
-  const V s = hn::Mul(t, c);
-  m.diagonal[p] = hn::NegMulAdd(t, m.off[r], m.diagonal[p]);
-  m.diagonal[q] = hn::MulAdd(t, m.off[r], m.diagonal[q]);
+  // tan = twice / (|difference| + size); cosine and sine by one division more
+  const V square = hn::Mul(twice, twice);
+  const V size = hn::Sqrt(hn::MulAdd(difference, difference, square));
+  const V under = hn::Add(hn::Add(hn::Abs(difference), size), set(1e-150));
+  const V scale = hn::Div(one, hn::Sqrt(hn::MulAdd(under, under, square)));
+  const V c = hn::Mul(under, scale);
+  const V s = hn::Mul(hn::CopySign(scale, difference), twice);
+  const V shift = hn::CopySign(hn::Mul(set(0.5), hn::Sub(size, hn::Abs(difference))), difference);
+  m.diagonal[p] = hn::Sub(m.diagonal[p], shift);
+  m.diagonal[q] = hn::Add(m.diagonal[q], shift);
   m.off[r] = hn::Zero(D());
   const V rp = m.off[q];
   const V rq = m.off[p];
@@ -54,15 +57,19 @@ HWY_INLINE void rotate(EigenV& m) {
   m.vectors[q] = times_plus(s, vp, times(c, vq));
 }
 
+HWY_INLINE EigenV eigen_start(const std::array<V, 6>& a) {
+  const V zero = hn::Zero(D());
+  const V one = set(1.0);
+  return {{a[0], a[1], a[2]},
+          {a[5], a[4], a[3]},
+          {Vec3V{one, zero, zero}, Vec3V{zero, one, zero}, Vec3V{zero, zero, one}}};
+}
+
 /// Diagonalises by cyclic Jacobi rotations.
 /// \tparam sweeps  number of sweeps
 template <int sweeps>
 HWY_INLINE EigenV eigen_of(const std::array<V, 6>& a) {
-  const V zero = hn::Zero(D());
-  const V one = set(1.0);
-  EigenV m{{a[0], a[1], a[2]},
-           {a[5], a[4], a[3]},
-           {Vec3V{one, zero, zero}, Vec3V{zero, one, zero}, Vec3V{zero, zero, one}}};
+  EigenV m = eigen_start(a);
   for (int sweep = 0; sweep < sweeps; ++sweep) {
     rotate<0, 1>(m);
     rotate<0, 2>(m);

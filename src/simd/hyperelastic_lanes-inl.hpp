@@ -220,10 +220,9 @@ HWY_INLINE void set_principal(const LawV& law, const std::array<V, 3>& s, V volu
   }
 }
 
-HWY_INLINE TangentV tangent(const LawV& law, const Matrix3V& rotation, const Matrix3V& f, V volume_change) {
+/// The symmetric part of R^T F, to be diagonalised.
+HWY_INLINE EigenV stretch_of(const Matrix3V& r, const Matrix3V& f) {
   const V half = set(0.5);
-  const Matrix3V& r = rotation;
-  // The symmetric part of R^T F.
   const Vec3V r0{r.a.x, r.b.x, r.c.x};
   const Vec3V r1{r.a.y, r.b.y, r.c.y};
   const Vec3V r2{r.a.z, r.b.z, r.c.z};
@@ -231,9 +230,12 @@ HWY_INLINE TangentV tangent(const LawV& law, const Matrix3V& rotation, const Mat
   const Vec3V f1{f.a.y, f.b.y, f.c.y};
   const Vec3V f2{f.a.z, f.b.z, f.c.z};
   const auto mean = [&](V a, V b) { return hn::Mul(half, hn::Add(a, b)); };
-  const EigenV eigen =
-      eigen_of<tangent_sweeps>({dot(r0, f0), dot(r1, f1), dot(r2, f2), mean(dot(r0, f1), dot(r1, f0)),
-                                mean(dot(r0, f2), dot(r2, f0)), mean(dot(r1, f2), dot(r2, f1))});
+  return eigen_start({dot(r0, f0), dot(r1, f1), dot(r2, f2), mean(dot(r0, f1), dot(r1, f0)),
+                      mean(dot(r0, f2), dot(r2, f0)), mean(dot(r1, f2), dot(r2, f1))});
+}
+
+/// \param eigen  of the stretch
+HWY_INLINE TangentV tangent(const LawV& law, const Matrix3V& rotation, const EigenV& eigen, V volume_change) {
   TangentV t{};
   t.right = eigen.vectors;
   for (std::size_t k = 0; k < 3; ++k) t.left[k] = product(rotation, eigen.vectors[k]);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <numbers>
+#include <span>
 
 #include "simd/element_pass.hpp"
 
@@ -26,6 +27,8 @@ struct HyperelasticLot {
   Matrix3V f;
   Root root;
   M good;
+  Matrix3V rotation;
+  EigenV stretch;
 };
 
 HWY_INLINE void load_deformations(const HyperelasticPass& pass, std::size_t e, HyperelasticLot& lot) {
@@ -66,8 +69,13 @@ HWY_INLINE V store_response(const HyperelasticPass& pass, std::size_t e, const H
 HWY_INLINE void store_stiffness(const HyperelasticPass& pass, std::size_t e, const HyperelasticLot& lot,
                                 const LawV& law, const FibreV& fibre, V volume_change) {
   const D d;
-  const TangentV t = tangent(law, rotation_from(lot.root, lot.f), lot.f, volume_change);
   const V scale = hn::Mul(hn::LoadU(d, pass.volumes + e), hn::LoadU(d, pass.factors + e));
+  TangentV t = tangent(law, lot.rotation, lot.stretch, volume_change);
+  for (V& value : t.stretch) value = hn::Mul(scale, value);
+  for (V& value : t.same) value = hn::Mul(scale, value);
+  for (V& value : t.other) value = hn::Mul(scale, value);
+  const FibreV scaled{fibre.stretched, fibre.energy, hn::Mul(scale, fibre.stress),
+                      hn::Mul(scale, fibre.along)};
   const std::array<Vec3V, 3> g = load_gradients(pass.inverse_rest, e);
   std::array<Vec3V, 3> turned;
   for (std::size_t k = 0; k < 3; ++k)
@@ -84,8 +92,7 @@ HWY_INLINE void store_stiffness(const HyperelasticPass& pass, std::size_t e, con
   for (std::size_t i = 0; i < 3; ++i) {
     for (std::size_t j = i; j < 3; ++j) {
       std::array<V, 9> block = rotated_block(t, turned[i], turned[j]);
-      if (pass.fibres) add_fibre_block(law, fibre, g[i], g[j], block);
-      for (V& entry : block) entry = hn::Mul(scale, entry);
+      if (pass.fibres) add_fibre_block(law, scaled, g[i], g[j], block);
       add_to_first(j, block, false);
       if (i == j) continue;
       add_to_first(i, block, true);
@@ -98,6 +105,21 @@ HWY_INLINE void store_stiffness(const HyperelasticPass& pass, std::size_t e, con
     store_fours({values[k], values[k + 1], values[k + 2], values[k + 3]}, rows + k, block_stride);
 }
 
+/// Whether no entry off the diagonal matters for the tangent. All lots make the same number of sweeps.
+HWY_INLINE bool are_diagonal(std::span<const HyperelasticLot> lots) {
+  const D d;
+  V worst = hn::Zero(d);
+  for (const HyperelasticLot& lot : lots) {
+    const EigenV& m = lot.stretch;
+    const V off = hn::Max(hn::Abs(m.off[0]), hn::Max(hn::Abs(m.off[1]), hn::Abs(m.off[2])));
+    const V size = hn::Max(hn::Abs(m.diagonal[0]), hn::Max(hn::Abs(m.diagonal[1]), hn::Abs(m.diagonal[2])));
+    worst = hn::Max(worst, hn::NegMulAdd(set(1e-13), size, off));
+  }
+  return hn::AllTrue(d, hn::Le(worst, hn::Zero(d)));
+}
+
+/// Runs each phase over several vectors of elements: roots and rotations have dependent divisions, and
+/// independent vectors hide their latency.
 void hyperelastic_pass(const HyperelasticPass& pass, std::size_t begin, std::size_t end) {
   constexpr std::size_t most = 4;
   static_assert(element_group % lanes == 0);
@@ -106,6 +128,16 @@ void hyperelastic_pass(const HyperelasticPass& pass, std::size_t begin, std::siz
     const std::size_t count = std::min(most, (end - first) / lanes);
     for (std::size_t i = 0; i < count; ++i) load_deformations(pass, first + i * lanes, lots[i]);
     for (std::size_t i = 0; i < count; ++i) lots[i].good = find_root(lots[i].root);
+    for (std::size_t i = 0; i < count; ++i) {
+      lots[i].rotation = rotation_from(lots[i].root, lots[i].f);
+      lots[i].stretch = stretch_of(lots[i].rotation, lots[i].f);
+    }
+    const std::span<HyperelasticLot> here = std::span(lots).first(count);
+    for (int sweep = 0; sweep < tangent_sweeps && !are_diagonal(here); ++sweep) {
+      for (HyperelasticLot& lot : here) rotate<0, 1>(lot.stretch);
+      for (HyperelasticLot& lot : here) rotate<0, 2>(lot.stretch);
+      for (HyperelasticLot& lot : here) rotate<1, 2>(lot.stretch);
+    }
     for (std::size_t i = 0; i < count; ++i) {
       const std::size_t e = first + i * lanes;
       const LawV law = load_law(pass, e);
