@@ -46,7 +46,7 @@ bool asks_for_help(std::span<const char* const> words) {
   return std::ranges::any_of(words, [](std::string_view word) { return word == "--help" || word == "-h"; });
 }
 
-/// Throws BadInput where a word follows "help" and a subcommand that has no subcommands. check_subcommands()
+/// Throws BadInput if a word follows "help" and a subcommand that has no subcommands. check_subcommands()
 /// reports wrong names.
 void check_help_words(const CLI::App& command, std::span<const char* const> words) {
   const CLI::App* above = &command;

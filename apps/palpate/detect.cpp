@@ -154,7 +154,7 @@ Subcommand add_detect(CLI::App& command) {
             [options = options.get()](const std::string& flag, const std::string& text) {
               options->format = parse_choice(flag, text, format_names);
             });
-  add_value(*app, "--out", "FILE", "file to write, in place of stdout",
+  add_value(*app, "--out", "FILE", "file to write, instead of stdout",
             [options = options.get()](const std::string&, const std::string& text) { options->out = text; });
   add_threads(*app, options->threads);
   add_detection_options(*app, options->detection);

@@ -36,7 +36,7 @@ void add_fineness(CLI::App& app, Fineness& fineness) {
               fineness.tets_each = parse_number(flag, text, above(0.0));
             });
   add_repeated(app, "--size", "MM|ORGAN=MM",
-               "size of the triangles in place of a number of tets; A:B=MM: where two organs touch",
+               "size of the triangles instead of a number of tets; A:B=MM: where two organs touch",
                [&](const std::string& flag, const std::string& text) {
                  take_value(flag, text, fineness.size, fineness.sizes);
                });

@@ -34,7 +34,7 @@ struct NewOptions {
   bool replace = false;
 };
 
-/// Throws BadInput where a scene is given in place of a mesh.
+/// Throws BadInput if a scene is given instead of a mesh.
 void refuse_scene(const fs::path& path) {
   std::error_code ignored;
   if (path.extension() != ".json" || !fs::exists(path, ignored)) return;

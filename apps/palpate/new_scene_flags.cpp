@@ -58,13 +58,12 @@ void add_new_scene_flags(CLI::App& app, NewSceneFlags& flags) {
                                       [&flags](const std::string& flag, const std::string& text) {
                                         flags.request.unit = parse_mesh_unit(flag, text);
                                       });
-  add_value(app, "--size", "METRES", "length of its longest side, in place of a unit",
+  add_value(app, "--size", "METRES", "length of its longest side, instead of a unit",
             [&flags](const std::string& flag, const std::string& text) {
               flags.request.longest = parse_number(flag, text, scene_format::above(0.0));
             })
       ->excludes(unit);
-  app.add_flag("--drop", flags.request.drop,
-               "let it fall onto a floor, in place of holding its lowest tenth");
+  app.add_flag("--drop", flags.request.drop, "let it fall onto a floor, instead of holding its lowest tenth");
   app.add_flag("--yes", flags.yes, "use the guess, do not ask");
 }
 

@@ -16,7 +16,7 @@ struct NewSceneFlags {
 void add_new_scene_flags(CLI::App& app, NewSceneFlags& flags);
 
 /// Throws BadInput naming the first of these flags, if one was given.
-/// \param found  what was given in place of a mesh
+/// \param found  what was given instead of a mesh
 void refuse_new_scene_flags(const NewSceneFlags& flags, const std::string& found);
 
 /// The first scene of a mesh. Asks for the unit where no flag gives it and a user can answer: stdin

@@ -90,7 +90,7 @@ CLI::Option* add_repeated(CLI::App& app, const std::string& flag, const std::str
 
 CLI::Option* add_changes(CLI::App& app, std::vector<std::string>& changes) {
   return add_repeated(app, "--set", "KEY=VALUE",
-                      "a value in place of the scene's, as contact.friction=0.3 or "
+                      "a value instead of the scene's, as contact.friction=0.3 or "
                       "bodies.liver.material.density=1060; repeat for more",
                       [&changes](const std::string&, const std::string& text) { changes.push_back(text); });
 }

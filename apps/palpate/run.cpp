@@ -244,7 +244,7 @@ void add_flags(CLI::App& app, RunOptions& options) {
   add_path(app, "SCENE", options.scene.file, "scene file (.json), '-' for standard input; none with --resume")
       ->required(false);
   add_changes(app, options.scene.changes);
-  add_value(app, "--steps", "N", "end after N steps, in place of the scene's duration",
+  add_value(app, "--steps", "N", "end after N steps, instead of the scene's duration",
             [&options](const std::string& flag, const std::string& text) {
               options.steps = parse_integer(flag, text, 0, any_count);
             });
@@ -252,7 +252,7 @@ void add_flags(CLI::App& app, RunOptions& options) {
                "end once nothing moves; at the latest after --steps or the duration");
   add_value(app, "--out", "DIR", "folder of the results; default: results/NAME of the scene",
             [&options](const std::string&, const std::string& text) { options.out = text; });
-  add_value(app, "--every", "N", "steps from one frame to the next, in place of the scene's",
+  add_value(app, "--every", "N", "steps from one frame to the next, instead of the scene's",
             [&options](const std::string& flag, const std::string& text) {
               options.every = static_cast<int>(parse_integer(flag, text, 1, std::numeric_limits<int>::max()));
             });
@@ -277,7 +277,7 @@ void add_flags(CLI::App& app, RunOptions& options) {
             });
   add_threads(app, options.threads);
   add_detection_options(app, options.detection);
-  add_json(app, options.json, "print run.json in place of the summary");
+  add_json(app, options.json, "print run.json instead of the summary");
   app.add_flag("--quiet", options.quiet, "no progress and no summary");
   CLI::Option* const resume = add_value(
       app, "--resume", "DIR", "go on from the last checkpoint in these results, with its scene and flags",

@@ -84,7 +84,7 @@ Subcommand add_manual(CLI::App& command) {
   app->footer(manual_examples);
   auto options = std::make_shared<ManualOptions>();
   app->add_option("SUBCOMMAND", options->subcommand, "subcommand of the page; default: the whole command");
-  add_value(*app, "--out", "DIR", "folder to write all pages to, in place of printing one",
+  add_value(*app, "--out", "DIR", "folder to write all pages to, instead of printing one",
             [options](const std::string&, const std::string& text) { options->out = text; });
   return {app, [&command, options] { return write_manual(command, *options); }};
 }

@@ -70,7 +70,7 @@ void sort_unique(std::vector<Pair>& pairs) {
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
 }
 
-/// Pairs of a point and a body in place of a tet.
+/// Pairs of a point and a body instead of a tet.
 std::vector<Pair> by_body(const Bodies& bodies, const std::vector<Pair>& pairs) {
   std::vector<Pair> result;
   for (const Pair& pair : pairs)

@@ -48,7 +48,7 @@ struct ContestResult {
 };
 
 /// Each entrant tries its modes on two frames and goes on with the fastest; then all take turns on frame
-/// after frame. Throws Error where an exact test gives other answers than ours, or where ours are not among
+/// after frame. Throws Error if an exact test gives other answers than ours, or if ours are not among
 /// candidates.
 ContestResult run_contest(const Course& course, std::vector<Entrant> entrants, const ContestEffort& effort);
 

@@ -29,7 +29,7 @@ struct SpeedEffort {
 struct Case {
   std::string name;
   double tets = 0.0;
-  /// Throws Error where a result is wrong.
+  /// Throws Error if a result is wrong.
   std::function<Json()> measure;
 };
 

@@ -78,12 +78,12 @@ void add_options(CLI::App& app, Options& options) {
                    options.steps = static_cast<int>(app::parse_integer(flag, text, 1, 1000000));
                  });
   app::add_value(app, "--preconditioner", "NAME",
-                 fmt::format("in place of each scene's: {}", fmt::join(preconditioner_names, ", ")),
+                 fmt::format("instead of each scene's: {}", fmt::join(preconditioner_names, ", ")),
                  [&](const std::string& flag, const std::string& text) {
                    options.preconditioner =
                        static_cast<Preconditioner>(app::parse_choice(flag, text, preconditioner_names));
                  });
-  app::add_value(app, "--tolerance", "X", "in place of each scene's",
+  app::add_value(app, "--tolerance", "X", "instead of each scene's",
                  [&](const std::string& flag, const std::string& text) {
                    options.tolerance = app::parse_number(flag, text, scene_format::above(0.0));
                  });

@@ -57,11 +57,11 @@ struct Rows {
 class Bodies {
  public:
   /// Appends a body after check_mesh(); returns its index. Throws Error and changes nothing if the mesh is
-  /// refused, also where more than two tets share a face, or two on the same side of it. O(n log n).
+  /// refused, also if more than two tets share a face, or two on the same side of it. O(n log n).
   Index add(std::string name, TetMesh mesh);
 
   /// Replaces the rest positions (n_points x 3) of the same meshes. Throws Error, and changes nothing, on
-  /// a different number of points and where a tet would be flat or inverted. O(n).
+  /// a different number of points and if a tet would be flat or inverted. O(n).
   void set_points_rest(std::span<const Vec3> points);
 
   /// (n_bodies) name and index ranges of each body, in the order of add().

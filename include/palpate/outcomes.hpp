@@ -32,10 +32,10 @@ struct Landmark {
   Index tet = -1;                   ///< that contains it
   std::array<double, 4> weights{};  ///< in the order of the corners
 };
-/// The landmark at a place in a body at rest. Throws Error where no tet of the body contains it (closed tets,
+/// The landmark at a place in a body at rest. Throws Error if no tet of the body contains it (closed tets,
 /// to 1e-9 of their size), with the distance of the nearest one. O(tets of the body).
 [[nodiscard]] Landmark landmark(const Bodies& bodies, Index body, const Vec3& place);
-/// The present position of a landmark.
+/// The current position of a landmark.
 [[nodiscard]] Vec3 place_of(const Bodies& bodies, const Landmark& landmark, std::span<const Vec3> positions);
 
 /// Rotation of a body from its shape at rest: axis times angle, rad, 0 to pi. It is the rotation R that

@@ -71,7 +71,7 @@ class Simulation {
   /// Frees the data of this simulation; the other can then only be assigned to or destroyed.
   Simulation& operator=(Simulation&&) noexcept;
 
-  /// Advances by one time step. Throws Error where the run blows up (a value that is not finite, or beyond
+  /// Advances by one time step. Throws Error if the run blows up (a value that is not finite, or beyond
   /// settings().limits), naming body, tet and step: source "body NAME", where "tet T, step N". Then all
   /// results (positions, velocities, contacts, metrics, forces) are those of the last good step.
   const StepMetrics& step();
@@ -92,7 +92,7 @@ class Simulation {
   [[nodiscard]] bool is_present(Index body) const;
   /// Whether a body is rigid: Model::obstacles, until it is released. Throws Error on a body out of range.
   [[nodiscard]] bool is_rigid(Index body) const;
-  /// The present ties.
+  /// The current ties.
   [[nodiscard]] std::vector<Tie> ties() const;
   /// (n_points) the motion of each point, or -1.
   [[nodiscard]] std::span<const Index> motion_of_points() const;
@@ -106,13 +106,13 @@ class Simulation {
   /// motion with this single keyframe about the same center. Its time is ignored. Throws Error, and changes
   /// nothing, as set_motion() does. O(1).
   void move_to(Index number, const Keyframe& pose);
-  /// The present motion with this number. Throws Error on a number out of range.
+  /// The current motion with this number. Throws Error on a number out of range.
   [[nodiscard]] const Motion& motion(Index number) const;
   /// Sets the force (N) on a point from the next step on; replaces the one set before, and zero removes it.
   /// Throws Error on a point out of range and a force that is not finite.
   void set_force(Index point, const Vec3& force);
   /// The same for many points: forces[i] on points[i]; for a repeated point the last one holds. Throws Error,
-  /// and changes nothing, where one is out of range or not finite, or lengths differ. O(points).
+  /// and changes nothing, if one is out of range or not finite, or lengths differ. O(points).
   void set_forces(std::span<const Index> points, std::span<const Vec3> forces);
   /// Sets a pressure (Pa, against the outward normal) on surface triangles from the next step on; replaces
   /// the one set before, and 0 removes it. It follows the surface, and adds to the model's loads. Throws
@@ -120,7 +120,7 @@ class Simulation {
   /// finite. O(triangles).
   void set_pressure(std::span<const Index> triangles, double pressure);
   /// The same with a pressure for each: pressures[i] on triangles[i]; for a repeated triangle the last one
-  /// holds. Throws Error also where lengths differ.
+  /// holds. Throws Error also if lengths differ.
   void set_pressure(std::span<const Index> triangles, std::span<const double> pressures);
   /// Sets positions of points (m), values[i] to points[i], and detects the contacts there. Throws Error, and
   /// changes nothing, on a point out of range, a prescribed one, one of a rigid body (it would deform: give
@@ -172,7 +172,7 @@ class Simulation {
   void record_reactions(bool on);
   /// Reaction force at each fixed or prescribed point during the last step, N: (n_points x 3), zero at free
   /// points. It balances the weight and inertia of the point, and the forces of tissue, contacts, ties, grabs
-  /// and loads on it. For points with fixed axes it is the force along these axes. Throws Error where the
+  /// and loads on it. For points with fixed axes it is the force along these axes. Throws Error if the
   /// last step did not compute them.
   [[nodiscard]] std::span<const Vec3> reactions() const;
   /// Sum of reactions() over the points of a body, with the torque at positions(). Throws Error as

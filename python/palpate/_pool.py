@@ -52,7 +52,7 @@ def _call_pickled(call: bytes) -> Any:
 
 
 def pickled_call(function: Callable[[Any], Any], job: Any) -> bytes:
-    """A call as bytes; with cloudpickle, functions of notebooks and lambdas are sent as code. Raises Error where the
+    """A call as bytes; with cloudpickle, functions of notebooks and lambdas are sent as code. Raises Error if the
     job cannot be sent to another process.
     """
     try:

@@ -141,8 +141,8 @@ class Simulation(_core.Simulation):
         progress: shows a bar of tqdm.
 
         Warns with NotConverged where steps did not converge (steps_not_converged counts them).
-        Ctrl-C ends it after the present step, with KeyboardInterrupt; the simulation is at the end of that step. Raises
-        Error where the simulation blows up; its state is then that of the last good step.
+        Ctrl-C ends it after the current step, with KeyboardInterrupt; the simulation is at the end of that step. Raises
+        Error if the simulation blows up; its state is then that of the last good step.
         """
         if callback is not None and not callable(callback):
             raise Error("Simulation.run", "callback", type(callback).__name__, "a function, or None")
@@ -210,7 +210,7 @@ class Simulation(_core.Simulation):
 
     def tie(self, points: ArrayLike, to: int | str, *, stiffness: float | None = None) -> None:
         """Ties points (indices or a mask, of all points) by springs to the nearest tets of another body, at their
-        present positions. stiffness: of each, N/m; None: that of a contact between the two.
+        current positions. stiffness: of each, N/m; None: that of a contact between the two.
         """
         self._tie(self._points(points), self.body_number(to), stiffness)
 
@@ -361,7 +361,7 @@ class Simulation(_core.Simulation):
         return self._field(name, of == "tets")
 
     def center_of_mass(self, body: int | str) -> _arrays.Floats:
-        """(3) present centre of mass of a body, m."""
+        """(3) current centre of mass of a body, m."""
         return np.array(self._center_of_mass(self.body_number(body)))
 
     def _about(self, body: int, about: ArrayLike | None) -> tuple[float, float, float]:

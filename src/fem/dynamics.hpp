@@ -113,7 +113,7 @@ class Dynamics {
 
   /// Keeps positions and velocities of the previous step, which steps of second order need. Off at first.
   void keep_past(bool on);
-  /// Makes the next step BDF2 (Gear's method of second order) in place of implicit Euler:
+  /// Makes the next step BDF2 (Gear's method of second order) instead of implicit Euler:
   ///   M (3 v1 - 4 v0 + v-1) / 2 = h f(x1, v1),  3 x1 - 4 x0 + x-1 = 2 h v1,
   /// which is the step of implicit Euler of length 2 h / 3 from x* = x0 + (x0 - x-1) / 3 and v* = v0 + (v0 -
   /// v-1) / 3. Until end_step() or cancel_step(), positions(), velocities() and step_length() are these, and
@@ -155,7 +155,7 @@ class Dynamics {
   /// O(n_elements), nothing without hyperelastic tets.
   /// \param tolerance  largest relative error of the solution, by mass, due to a difference of these forces
   bool relinearise_tissue(double tolerance);
-  /// Call after relinearise_tissue() has returned true, in place of another solve(). Hyperelastic bodies then
+  /// Call after relinearise_tissue() has returned true, instead of another solve(). Hyperelastic bodies then
   /// end the step at the linearisation point, where the total energy is lower than at the last one.
   void end_where_linearised();
   /// Activations of the fibres of each material (Materials::all) from the next begin_step() on, 0 to 1.
@@ -228,9 +228,9 @@ class Dynamics {
 
   /// Sum of m v^2 / 2 over the free points, J.
   [[nodiscard]] double kinetic_energy();
-  /// Elastic energy of all elements at the present positions, J. O(n_elements), with their rotations.
+  /// Elastic energy of all elements at the current positions, J. O(n_elements), with their rotations.
   [[nodiscard]] double elastic_energy();
-  /// Number of elements without a positive volume at the present positions. O(n_elements); computes their
+  /// Number of elements without a positive volume at the current positions. O(n_elements); computes their
   /// rotations unless elastic_energy() was just called.
   [[nodiscard]] std::int64_t inverted_elements();
 
@@ -342,8 +342,8 @@ class Dynamics {
                                                 ///< ones where points are not free
   double load_impulse_ = 0.0;                   ///< |h (M g + external forces)| over the free points, N s
   double load_scale_ = 0.0;                     ///< mass norm of dv for gravity and external forces alone
-  double time_step_ = 0.0;                      ///< of the present step; belongs to diagonal_ and factors_
-  double duration_ = 0.0;  ///< of the present time step; with BDF2, time_step_ is 2/3 of it
+  double time_step_ = 0.0;                      ///< of the current step; belongs to diagonal_ and factors_
+  double duration_ = 0.0;  ///< of the current time step; with BDF2, time_step_ is 2/3 of it
   bool keeps_past_ = false;
   double past_duration_ = 0.0;         ///< length of the previous step, s
   std::vector<Vec3> past_positions_;   ///< positions at the start of the previous step; or empty
@@ -353,7 +353,7 @@ class Dynamics {
   std::vector<Vec3> start_velocities_;
   int jacobi_iterations_ = 0;              ///< of block Jacobi, which did not suffice
   int jacobi_iterations_of_contacts_ = 0;  ///< the same of contact_solver_, which needs more
-  bool updated_ = false;  ///< elements_ are updated at the present positions and plastic strains
+  bool updated_ = false;  ///< elements_ are updated at the current positions and plastic strains
 };
 
 }  // namespace palpate::fem

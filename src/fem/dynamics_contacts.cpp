@@ -17,7 +17,7 @@ constexpr double hopeless_error = 1.0;
 
 }  // namespace
 
-/// Linearises the contacts' couplings at the present velocities.
+/// Linearises the contacts' couplings at the current velocities.
 void Dynamics::linearise_contacts(const ContactSet& contacts) {
   const auto own = contacts.couplings.subspan(contacts.first);
   parallel::for_each(threads_, own.size(), contact_grain, [&](std::size_t c) {

@@ -37,7 +37,7 @@ struct ElementDeformation {
   SymmetricMatrix3 viscous_stress{};  ///< of Maxwell elements, in the rotated frame (viscosity.hpp), Pa
   double viscous_energy = 0.0;        ///< of Maxwell elements, J/m^3
   double mu = 0.0;                    ///< Pa
-  double lambda = 0.0;                ///< Pa, the present value
+  double lambda = 0.0;                ///< Pa, the current value
   bool hyperelastic = false;          ///< its stress is that of `law`, from the gradient alone
   HyperelasticLaw law;
 };
@@ -123,10 +123,10 @@ class Elements {
   /// Computes rotations, forces, energies and rotated gradients of every element at these positions (n_points
   /// x 3, m), several elements at a time (simd/element_pass.hpp). O(n_elements).
   /// \param corner_forces  empty, or output (4 n_elements): the force on corner k of element e, N, at 4 e +
-  ///                       k; the four sum to zero to rounding
+  ///                       k; the four sum to zero up to rounding
   void update(const parallel::Threads& threads, std::span<const Vec3> positions,
               std::span<simd::Padded3> corner_forces = {});
-  /// The same without SIMD, one by one; equal to rounding.
+  /// The same without SIMD, one by one; equal up to rounding.
   void update_one_by_one(std::span<const Vec3> positions, std::span<simd::Padded3> corner_forces = {});
 
   /// Elastic forces on points as of the last update(), N (n_points).

@@ -16,7 +16,7 @@ constexpr double flat = 0.1;
 
 }  // namespace
 
-/// False if the last direction depends linearly on the others, to rounding.
+/// False if the last direction depends linearly on the others, up to rounding.
 bool ReducedStep::factor_gram() {
   constexpr double rounding = 1e-10;
   for (std::size_t i = 0; i < size_; ++i) {
@@ -144,7 +144,7 @@ double ReducedStep::search_line(const parallel::Threads& threads) {
   return high;
 }
 
-/// Minimises the convex function with the friction bounds of the present c. Returns false if c does not
+/// Minimises the convex function with the friction bounds of the current c. Returns false if c does not
 /// change.
 bool ReducedStep::step_convex(const parallel::Threads& threads) {
   constexpr int most_steps = 8;

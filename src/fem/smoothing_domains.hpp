@@ -207,7 +207,7 @@ class SmoothingDomains {
                                                double tension) const;
   [[nodiscard]] HyperelasticResponse step_response(std::size_t domain, const Matrix3& h,
                                                    const ElementDeformation& deformation) const;
-  /// The response, given the present stresses of the Maxwell elements.
+  /// The response, given the current stresses of the Maxwell elements.
   [[nodiscard]] HyperelasticResponse response_now(std::size_t domain, const Matrix3& h,
                                                   double fraction) const;
   [[nodiscard]] HyperelasticLaw law(std::size_t domain, double fraction, double tension) const;

@@ -30,7 +30,7 @@ struct ElementStress {
 
 /// Energy density and first Piola-Kirchhoff stress of the law, without viscosity.
 [[nodiscard]] HyperelasticResponse elastic_response(const ElementDeformation& element);
-/// The same with the present stresses of Maxwell elements.
+/// The same with the current stresses of Maxwell elements.
 [[nodiscard]] HyperelasticResponse whole_response(const ElementDeformation& element);
 
 /// The elastic stress in the rotated frame of the element, the symmetric part of R^T P (Biot's), without

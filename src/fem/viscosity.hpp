@@ -45,7 +45,7 @@ class ViscousElements {
   [[nodiscard]] double stiffness(std::size_t element) const {
     return material_.empty() ? 1.0 : series_[static_cast<std::size_t>(material_[element])].stiffness;
   }
-  /// Computes the history from the present stresses, for steps of this length. O(elements x terms).
+  /// Computes the history from the current stresses, for steps of this length. O(elements x terms).
   void find_history(const parallel::Threads& threads);
   [[nodiscard]] const SymmetricMatrix3& history(std::size_t element) const {
     return history_[place(element)];

@@ -29,7 +29,7 @@ bool segment_meets_triangle(const Vec3& a, const Vec3& b, const Vec3& t0, const 
 /// parallel to the plane.
 double crossing_parameter(const Vec3& a, const Vec3& b, const Vec3& t0, const Vec3& t1, const Vec3& t2);
 
-/// Barycentric weights of p in the tet (a, b, c, d), for p inside it: each in [0, 1], their sum 1 to
+/// Barycentric weights of p in the tet (a, b, c, d), for p inside it: each in [0, 1], their sum 1 up to
 /// rounding.
 std::array<double, 4> barycentric_weights(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c,
                                           const Vec3& d);

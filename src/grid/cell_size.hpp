@@ -11,7 +11,7 @@
 
 namespace palpate {
 
-/// Throws Error where a given length is not > 0 and at most 1e150.
+/// Throws Error if a given length is not > 0 and at most 1e150.
 void check_cell_size(const CellSize& wanted);
 
 /// Chooses the edge length of a cell (paper 5, "Cell size"): a given length, the mean or maximal edge length

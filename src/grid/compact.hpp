@@ -64,7 +64,7 @@ class CompactGrid {
   Sort build_points(const parallel::Threads& threads, const Lattice& lattice, std::span<const Cell> cells);
   /// The same for fixed positions, at the cells that they have in the lattice.
   Sort build_points(const parallel::Threads& threads, const Lattice& lattice, const FixedPositions& points);
-  /// Call in place of a build in a frame that needs no grid: only counts movers. L and C stay, and the next
+  /// Call instead of a build in a frame that needs no grid: only counts movers. L and C stay, and the next
   /// build does a full sort.
   void skip_points(const parallel::Threads& threads, const Lattice& lattice, const FixedPositions& points);
   /// Movers of the last frame (built or skipped): points whose key changed since the frame before. All points

@@ -45,7 +45,7 @@ class CuckooGrid {
   explicit CuckooGrid(Order order = Order::linear, const CuckooParameters& parameters = {})
       : parameters_(parameters), index_(order) {}
 
-  /// As CompactGrid::build. Expected O(entries). Throws Error where most_growths did not suffice, which
+  /// As CompactGrid::build. Expected O(entries). Throws Error if most_growths did not suffice, which
   /// happens only with special parameters.
   template <class Footprint>
   void build(const parallel::Threads& threads, const Lattice& lattice, std::size_t count,

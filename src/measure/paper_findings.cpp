@@ -36,7 +36,8 @@ Finding eye_finding(double insertion, double index_speed_up, double cuckoo_speed
   }
   const bool scales = index_speed_up >= cuckoo_speed_up;
   why += fmt::format(
-      "; index sort scales {} than cuckoo hashing: parallel shares {} and {} with {} threads, the paper's 80 "
+      "; index sort scales {} than cuckoo hashing: parallel fractions {} and {} with {} threads, the paper's "
+      "80 "
       "% "
       "and 70 % with eight",
       index_speed_up > cuckoo_speed_up ? "better"
@@ -95,7 +96,7 @@ Finding errors_finding(const std::vector<ErrorFigures>& scenes) {
     const double fastest = std::min({scene.with_27, scene.with_8, scene.with_1});
     pays = pays || fastest < scene.exact;
     why += fmt::format(
-        "{} in place of 27 cells: {:.2f} times as fast with 8, {:.2f} with 1, and the exact query {:.2f} "
+        "{} instead of 27 cells: {:.2f} times as fast with 8, {:.2f} with 1, and the exact query {:.2f} "
         "times as fast as the fastest of these; ",
         scene.scene, scene.with_27 / scene.with_8, scene.with_27 / scene.with_1, fastest / scene.exact);
   }

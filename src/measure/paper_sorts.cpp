@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t entries = 128000;
 
 /// Times of sorting a frame, ms, over some passes through the frames; the sorters alternate. Throws Error
-/// where one does not sort.
+/// if one does not sort.
 std::map<std::string, std::vector<double>> times_of(const SortFrames& frames, int rounds) {
   const std::vector<Competitor> all = competitors();
   std::vector<Sorter> sorters;

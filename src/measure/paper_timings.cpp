@@ -67,8 +67,8 @@ void add_scaling(Section& section, const std::string& what, const std::vector<Me
         " {} with {} threads: {:.2f} times as fast (update {:.2f}, query {:.2f}), {}.", what,
         methods[w].threads, whole, ratio(&MethodTimes::median_update), ratio(&MethodTimes::median_query),
         whole > 1.0
-            ? fmt::format("parallel share {:.0f} %", 100.0 * parallel_fraction(whole, methods[w].threads))
-            : "slower than one thread, so that the formula gives no parallel share");
+            ? fmt::format("parallel fraction {:.0f} %", 100.0 * parallel_fraction(whole, methods[w].threads))
+            : "slower than one thread, so that the formula gives no parallel fraction");
   }
 }
 
@@ -130,7 +130,7 @@ Section eye_timings(const PaperScene& eye, const PaperEffort& effort) {
       .title = "Figure 7: index sort against cuckoo hashing, eye",
       .paper =
           "Index sort inserts points faster. With eight cores index sort is 3.2 and cuckoo hashing "
-          "2.6 times as fast as with one (update 1.5, query 5 for index sort): parallel shares of "
+          "2.6 times as fast as with one (update 1.5, query 5 for index sort): parallel fractions of "
           "80 % and 70 %.",
       .ours = fmt::format("{} frames of the eye scene.", recording.frames.size()),
       .charts = {frames_chart("Eye: collision handling per frame", methods, times)}};

@@ -214,12 +214,13 @@ Section growth(const ScalingEffort& effort, double most_tets) {
 }
 
 Section thread_scaling(const ScalingEffort& effort, double most_tets) {
-  Section section{.id = "threads",
-                  .title = "Detection against threads",
-                  .ours =
-                      "The same stacks; the thread counts alternate on the same frames and must find the "
-                      "same bits. Medians of time that passed.",
-                  .table = {{"tets", "threads", "whole, ms", "times one thread", "parallel share, %"}, {}}};
+  Section section{
+      .id = "threads",
+      .title = "Detection against threads",
+      .ours =
+          "The same stacks; the thread counts alternate on the same frames and must find the "
+          "same bits. Medians of time that passed.",
+      .table = {{"tets", "threads", "whole, ms", "times one thread", "parallel fraction, %"}, {}}};
   Chart chart{.title = "Speed-up by threads", .x_label = "threads", .y_label = "times as fast as one thread"};
   std::string best_text = "one thread is all that this machine has";
   double best = 0.0;

@@ -17,7 +17,7 @@ class Threads {
  public:
   static constexpr int most = 1024;
 
-  /// Throws Error where count is negative or more than `most`.
+  /// Throws Error if count is negative or more than `most`.
   /// \param count  threads including the caller; 0 takes as many as the process may use. If the system gives
   ///               fewer, count() returns that number
   explicit Threads(int count = 0);

@@ -35,7 +35,7 @@ struct Fingerprint {
 /// O(points + tets).
 Fingerprint fingerprint_of(const Model& model, const SimulationSettings& settings);
 
-/// The present values of all that a ModelChange can change, except motions.
+/// The current values of all that a ModelChange can change, except motions.
 struct ChangedModel {
   Holds holds;
   std::vector<PointLoad> point_loads;

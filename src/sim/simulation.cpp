@@ -202,7 +202,7 @@ void Simulation::change(const SimulationSettings& settings) {
   if (settings.time_step != s.settings.time_step) {
     throw Error(
         "simulation settings", "time_step", number_text(settings.time_step),
-        number_text(s.settings.time_step) + ", the present value: it cannot change during a simulation");
+        number_text(s.settings.time_step) + ", the current value: it cannot change during a simulation");
   }
   if (settings.detection != s.settings.detection) {
     Detector detector(s.bodies, without_absent(settings.detection, s.holds.absent), s.obstacles,

@@ -63,7 +63,7 @@ std::vector<Vec3> forces_of_ties(const std::vector<HeldTie>& ties, const std::ve
 }  // namespace
 
 /// Sets velocities of fixed points to zero; those of prescribed points stay. An inserted body is placed at
-/// the present pose of its motion.
+/// the current pose of its motion.
 void Simulation::State::copy_from(const State& from) {
   SavedState saved = from.saved_state();
   fem::DynamicsState& d = saved.dynamics;

@@ -15,10 +15,10 @@ TEST(EyeFinding, AgreesWhereIndexSortInsertsFasterAndScalesBetter) {
   // Amdahl: 80 % on 2 threads is 1 / (0.2 + 0.4) times as fast, 70 % is 1 / (0.3 + 0.35).
   const Finding good = eye_finding(3.0, 1.0 / 0.6, 1.0 / 0.65, 2);
   EXPECT_EQ(good.verdict, Verdict::agrees);
-  EXPECT_TRUE(says(good, "scales better than cuckoo hashing: parallel shares 80 % and 70 %")) << good.why;
+  EXPECT_TRUE(says(good, "scales better than cuckoo hashing: parallel fractions 80 % and 70 %")) << good.why;
   const Finding worse = eye_finding(3.0, 1.0 / 0.65, 1.0 / 0.6, 2);
   EXPECT_EQ(worse.verdict, Verdict::differs);
-  EXPECT_TRUE(says(worse, "scales worse than cuckoo hashing: parallel shares 70 % and 80 %")) << worse.why;
+  EXPECT_TRUE(says(worse, "scales worse than cuckoo hashing: parallel fractions 70 % and 80 %")) << worse.why;
   EXPECT_EQ(eye_finding(0.9, 1.6, 1.5, 2).verdict, Verdict::differs);
   EXPECT_TRUE(says(eye_finding(3.0, 0.9, 1.5, 2), "shares none and "));
 }

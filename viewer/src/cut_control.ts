@@ -19,7 +19,7 @@ export class CutControl {
   private cutBodies: readonly string[] = [];
   /** The direction of the axis "view". */
   private kept = new three.Vector3(0, 0, 1);
-  /** Whether that direction comes from a view of the scene and not from the present camera. */
+  /** Whether that direction comes from a view of the scene and not from the current camera. */
   private ofView = false;
   private readonly controls: { on: HTMLInputElement; axis: HTMLSelectElement; flip: HTMLInputElement; place: Slider };
 

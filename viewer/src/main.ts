@@ -100,7 +100,7 @@ class Page {
     this.reshade();
   }
 
-  /** Fits the visible parts into the frame, as seen from a direction; without one, from the present direction. */
+  /** Fits the visible parts into the frame, as seen from a direction; without one, from the current direction. */
   private fit(from = this.view.back()): void {
     if (this.bodies) this.view.fit(this.bodies.shownPositions(), from);
   }

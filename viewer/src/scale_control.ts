@@ -26,7 +26,7 @@ export class ScaleControl {
     return make("input", { type: "number", step: "any", id, "aria-label": label, onchange: () => this.setEnds() });
   }
 
-  /** Shows the present scale. */
+  /** Shows the current scale. */
   show(): void {
     const { scale, colouring } = this.bodies;
     this.element.hidden = colouring === "body";

@@ -12,7 +12,7 @@ namespace palpate::io {
 /// Vectors of the cells of a mesh file, such as directions of fibres: one for each tet of read_mesh(), in the
 /// same order. Where a cell is cut into several tets, each has the vector of the cell.
 ///
-/// Throws Error as read_mesh(), and where the file has a different format, no such array, or not three finite
+/// Throws Error as read_mesh(), and if the file has a different format, no such array, or not three finite
 /// numbers for each cell with a volume. O(file size).
 /// \param name  of cell data of three components: an array of a `.vtu` file; VECTORS, NORMALS or an array of
 ///              a FIELD of a `.vtk` file; $ElementData of a `.msh` file (its first time step)

@@ -22,7 +22,7 @@ def tissues_of(segmentation_node: Any) -> list[Tissue]:
 
 def export_label_map(slicer: Any, segmentation_node: Any, file: pathlib.Path) -> None:
     """Writes all segments as a label map (.nrrd): segment n, from 0, has label n + 1. Of segments that overlap the
-    later one counts. Raises ValueError where the node is transformed or Slicer refuses.
+    later one counts. Raises ValueError if the node is transformed or Slicer refuses.
     """
     if segmentation_node.GetParentTransformNode() is not None:
         raise ValueError("the segmentation is transformed: harden the transform first")
