@@ -30,9 +30,9 @@ constexpr const char* examples = R"(Examples:
   palpate detect scene.json --format json --out contacts.json
   palpate detect scene.json --structure brute | diff - contacts.csv
 
-Points and tets are counted over all bodies, in the order of the scene; bodies from 0. Numbers have all their digits. CSV has the
-points that are inside; JSON has also the edges that pass through a body with both ends outside (docs/edges.md). With a
-budget (docs/budget.md) a note on stderr, and JSON, say what it left undone.)";
+Points and tets are numbered over all bodies, in the order of the scene; all numbers begin at 0. Values have all their digits. CSV
+lists the points that are inside a body. JSON also lists the edges that pass through a body with both ends outside (docs/edges.md).
+With a budget (docs/budget.md), a note on stderr and JSON report what was not done.)";
 
 constexpr std::array<std::string_view, 2> format_names{"csv", "json"};
 

@@ -50,7 +50,7 @@ struct Output {
     std::error_code ignored;
     if (!named && fs::exists(default_name, ignored)) {
       throw BadInput(default_name.string(), "", "an existing file",
-                     "no file of this name; name it with --out to replace it");
+                     "a name that does not exist yet; --out FILE replaces an existing file");
     }
     fs::path result = named.value_or(default_name);
     if (result.extension() != default_name.extension()) {

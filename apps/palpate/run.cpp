@@ -43,13 +43,13 @@ constexpr const char* examples = R"(Examples:
   palpate run scene.json --set contact.friction=0.3 --set bodies.liver.material.young_modulus=5e3
   jq '.duration = 2' scene.json | palpate run -     a scene from standard input
   palpate run scene.json --checkpoint-every 100     lose no more than 100 steps, whatever happens
-  palpate run --resume results/scene                go on where that run ended
+  palpate run --resume results/scene                resume that run where it ended
   palpate run variant.json --from-stage rest --from results/plan    a variant of the stages behind 'rest'
 
-Writes frames.pvd with frames/*.vtu (for ParaView), metrics.csv and forces.csv (a row for each step), run.json and picture.png,
-outcomes.json where the scene has outcomes or stages, and with --report a page report.html; what
-an earlier run left there is replaced, but for checkpoints of a run that did not get to its end (see --replace). Ctrl-C ends after
-the current step, keeps what is done and writes a checkpoint; --resume goes on from the last one.)";
+Writes frames.pvd with frames/*.vtu (for ParaView), metrics.csv and forces.csv (a row for each step), run.json and picture.png;
+outcomes.json if the scene has outcomes or stages; report.html with --report. Results of an earlier run in the folder are
+replaced, except checkpoints of a run that did not reach its end (see --replace). Ctrl-C ends the run after the current step,
+keeps its results and writes a checkpoint; --resume continues from the last checkpoint.)";
 
 /// Removes files of an earlier run, which could be mistaken for results of this one.
 void remove_old_results(const fs::path& folder, const Scene& scene, bool stages) {
@@ -135,7 +135,7 @@ void say_where_it_begins(const Begin& begin, std::int64_t step) {
     print_note(fmt::format("{}: from step {}, the end of stage '{}'", begin.folder.string(), step,
                            *begin.from_stage));
   } else {
-    print_note(fmt::format("{}: going on from step {}", begin.folder.string(), step));
+    print_note(fmt::format("{}: resumes from step {}", begin.folder.string(), step));
   }
 }
 
@@ -280,7 +280,7 @@ void add_flags(CLI::App& app, RunOptions& options) {
   add_json(app, options.json, "print run.json instead of the summary");
   app.add_flag("--quiet", options.quiet, "no progress and no summary");
   CLI::Option* const resume = add_value(
-      app, "--resume", "DIR", "go on from the last checkpoint in these results, with its scene and flags",
+      app, "--resume", "DIR", "resume from the last checkpoint in these results, with its scene and flags",
       [&options](const std::string&, const std::string& text) { options.resume = text; });
   // A resumed run keeps the settings that it began with.
   for (const char* other :

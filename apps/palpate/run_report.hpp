@@ -42,7 +42,7 @@ struct RunReport {
 
 /// Names of the bodies with clusters that the budget left out in the last step.
 std::vector<std::string> late_body_names(const Bodies& bodies, const Detector& detector);
-/// The same as a text such as "liver, spleen"; empty if there are none.
+/// The names of the late bodies as a text such as "liver, spleen"; empty if there are none.
 std::string late_bodies_text(const Bodies& bodies, const Detector& detector);
 
 /// The content of run.json.

@@ -49,7 +49,7 @@ class Tissues {
   void find_winners();
   void keep_volumes(const std::vector<LabelExtent>& extents, double width);
   [[nodiscard]] std::vector<double> volumes() const;
-  [[nodiscard]] std::vector<double> areas() const;
+  [[nodiscard]] std::vector<double> surface_areas() const;
   [[nodiscard]] int evaluated(const Vec3& p) const;
   [[nodiscard]] bool is_drawn_back(int tissue, const Vec3& p) const;
   [[nodiscard]] std::size_t cell_index(int i, int j, int k) const;

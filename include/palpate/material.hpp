@@ -100,7 +100,7 @@ struct Material {
 struct Materials {
   /// One material per body. Not explicit, so that a list of materials converts to Materials.
   Materials(std::vector<Material> of_bodies) : all(std::move(of_bodies)) {}
-  /// The same from a list in braces.
+  /// One material for each body, from a list in braces.
   Materials(std::initializer_list<Material> of_bodies) : all(of_bodies) {}
   /// Several materials in a body: one for each tet.
   Materials(std::vector<Material> materials, std::vector<Index> tets, std::vector<Vec3> fibres = {})

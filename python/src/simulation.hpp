@@ -62,7 +62,7 @@ class Simulation {
   ContactForces acting_contacts();
   /// Strain and stress of the tets. Releases Python's lock.
   TissueState tissue();
-  /// The same of the points, from that of the tets where it is given.
+  /// Strain and stress of the points; computed from `of_tets` if it is given.
   TissueState tissue_at_points(const TissueState* of_tets);
   /// The body's motion. Throws Error if it has none.
   [[nodiscard]] Index motion_of(Index body) const;

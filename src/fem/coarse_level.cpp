@@ -245,7 +245,7 @@ void CoarseLevel::solve(const parallel::Threads& threads, std::span<CoarseLevel>
   simd::relax_backward(a, right_side_.data(), solution_.data(), 0, size());
   for (int cycle = 1; cycle < cycles; ++cycle) {
     std::ranges::copy(solution_, change_.begin());
-    simd::relax_onward(a, right_side_.data(), solution_.data(), 0, size());
+    simd::relax_forward_from(a, right_side_.data(), solution_.data(), 0, size());
     for (std::size_t i = 0; i < size(); ++i) {
       for (std::size_t k = 0; k < 6; ++k)
         change_[i].values[k] = solution_[i].values[k] - change_[i].values[k];

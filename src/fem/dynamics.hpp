@@ -178,7 +178,7 @@ class Dynamics {
   void end_step();
 
   /// Lists the elements that holding_forces() visits. O(n_elements).
-  void find_held_elements();
+  void find_constrained_elements();
   /// Call between the last solve() and end_step(). Holding forces, without those of couplings (n_points x 3),
   /// N: at each point that is not free, the external force for which Newton's law holds in the discrete form
   /// of step(). Zero at free points except along held axes. The loads are those of begin_step(). O(n_points +
@@ -288,9 +288,9 @@ class Dynamics {
   std::vector<std::uint8_t> free_;
   std::vector<std::uint8_t> rigid_;  ///< (n_bodies)
   AxisHolds holds_;
-  std::vector<std::uint8_t> held_axes_;    ///< (n_points)
-  std::vector<Index> held_elements_;       ///< elements with a corner that is not free along all axes
-  std::vector<std::size_t> held_domains_;  ///< smoothing domains with such a corner
+  std::vector<std::uint8_t> held_axes_;      ///< (n_points)
+  std::vector<Index> constrained_elements_;  ///< elements with a corner that is not free along all axes
+  std::vector<std::size_t> held_domains_;    ///< smoothing domains with such a corner
   BlockMatrix matrix_;
   CouplingSystem couplings_;
   LinearSystem system_;

@@ -126,7 +126,7 @@ class Elements {
   ///                       k; the four sum to zero up to rounding
   void update(const parallel::Threads& threads, std::span<const Vec3> positions,
               std::span<simd::Padded3> corner_forces = {});
-  /// The same without SIMD, one by one; equal up to rounding.
+  /// update() without SIMD, element by element. Results agree with update() up to rounding.
   void update_one_by_one(std::span<const Vec3> positions, std::span<simd::Padded3> corner_forces = {});
 
   /// Elastic forces on points as of the last update(), N (n_points).

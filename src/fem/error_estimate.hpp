@@ -40,7 +40,7 @@ class ChangeEstimate {
   /// Estimate of the error before the last change; the current error is smaller. Infinite while there are too
   /// few changes.
   [[nodiscard]] double error() const { return error_; }
-  /// The same if the next change, which has not been made yet, has this size.
+  /// The estimate if the next change, which has not been made yet, has this size.
   [[nodiscard]] double before(double size) const;
 
  private:

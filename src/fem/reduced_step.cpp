@@ -10,7 +10,7 @@ namespace {
 
 /// Contacts per chunk. The bits of the result depend on it.
 constexpr std::size_t grain = 64;
-/// The same for chunks with a matrix of sums.
+/// Contacts per chunk if each chunk has a matrix of sums.
 constexpr std::size_t matrix_grain = 512;
 
 std::size_t padded(std::size_t n) {

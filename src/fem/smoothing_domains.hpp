@@ -141,7 +141,7 @@ class SmoothingDomains {
       for_others([&](std::size_t k) { return corotational_block(rotated_[own], rotated_[k], volume); });
     }
   }
-  /// The same at rest, in the rotated frame.
+  /// Stiffness block at rest, in the rotated frame.
   [[nodiscard]] Matrix3 block_rest(std::size_t domain, const Matrix3& rotation, std::size_t i,
                                    std::size_t j) const;
   /// The rotation of a domain at these positions.

@@ -60,9 +60,9 @@ class CompactGrid {
   Sort build_points(const parallel::Threads& threads, const Lattice& lattice, std::size_t count,
                     CellOf&& cell_of);
 
-  /// The same for points whose cells are known; those with a negative coordinate are left out.
+  /// build_points() for points whose cells are known. Points with a negative cell coordinate are left out.
   Sort build_points(const parallel::Threads& threads, const Lattice& lattice, std::span<const Cell> cells);
-  /// The same for fixed positions, at the cells that they have in the lattice.
+  /// build_points() for fixed positions, at the cells that they have in the lattice.
   Sort build_points(const parallel::Threads& threads, const Lattice& lattice, const FixedPositions& points);
   /// Call instead of a build in a frame that needs no grid: only counts movers. L and C stay, and the next
   /// build does a full sort.

@@ -31,7 +31,7 @@ struct QueryScene {
 /// \param movers  wanted fraction of points in another cell than in the frame before, for cells of the mean
 ///                edge
 QueryScene stacking_scene(int cells, double movers = 0.02);
-/// The same stack at rest, for simulations.
+/// The stack of stacking_scene() at rest, for simulations.
 Model stacking_model(int cells);
 /// Number of cells along a side of the membranes for about `tets` tets.
 int stacking_cells(double tets);

@@ -104,13 +104,13 @@ void set_duration(Scene& scene, const nlohmann::json& json) {
 }
 
 /// Copies the properties of bodies that detection needs.
-void mark_self_collision(Scene& scene) {
+void copy_self_collision_flags(Scene& scene) {
   std::vector<std::uint8_t>& flags = scene.settings.detection.self_collision;
   flags.clear();
   for (const SceneBody& body : scene.bodies) flags.push_back(body.self_collision ? 1 : 0);
 }
 
-/// The pairs of bodies that must not touch each other.
+/// Lists the pairs of bodies whose contacts are ignored.
 void ignore_pairs(Scene& scene) {
   auto& pairs = scene.settings.detection.ignored_pairs;
   pairs.clear();
@@ -136,7 +136,7 @@ void fill(Scene& scene, const nlohmann::json& json) {
   set_duration(scene, json);
   check_stages(scene);
   check_outcomes(scene);
-  mark_self_collision(scene);
+  copy_self_collision_flags(scene);
   ignore_pairs(scene);
 }
 

@@ -42,7 +42,7 @@ inline Index body_named(const Scene& scene, const std::string& name, const std::
   }
   throw Error(scene.source, where, "'" + name + "'",
               known.empty() ? "the name of another body; this scene has no other"
-                            : expected_name(name, known) + ", another body");
+                            : "another body: " + expected_name(name, known));
 }
 
 /// Indices of the points for which holds(point) is true.

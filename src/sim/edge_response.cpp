@@ -57,7 +57,7 @@ double held_by(const EdgeResponse::Frame& frame, Index contact, double depth) {
   return std::min(1.0, force / (enough * depth));
 }
 
-/// The same for the corners of a triangle and their neighbours, interpolated by barycentric weights.
+/// held_by() for the corners of a triangle and their neighbours, interpolated by barycentric weights.
 double held_near(const EdgeResponse::Frame& frame, const Meeting& meeting, Index body, double depth) {
   double held = 0.0;
   for (std::size_t i = 0; i < 3; ++i) {

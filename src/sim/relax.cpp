@@ -86,7 +86,7 @@ class Relaxation {
         threads_(threads),
         time_step_(time_steps * settings.time_step),
         materials_(elastic(model.materials), model.material_of_tet, model.fibre_of_tet),
-        dynamics_(bodies_, materials_, unfree_points(holds_of(model), bodies_), rigid_bodies(model),
+        dynamics_(bodies_, materials_, constrained_points(holds_of(model), bodies_), rigid_bodies(model),
                   threads_),
         detector_(bodies_, without_absent(exact(settings.detection), model.absent), rigid_bodies(model),
                   threads),

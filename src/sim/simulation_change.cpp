@@ -95,7 +95,7 @@ void Simulation::State::copy_from(const State& from) {
   grabs.set_all(saved.grabs);
   contact_forces = saved.contact_forces;
   step_forces.set(saved.acting_contacts, forces_of_ties(holds.ties, from.holds.ties, saved.tie_forces));
-  if (saved.records_reactions) dynamics.find_held_elements();
+  if (saved.records_reactions) dynamics.find_constrained_elements();
   records_reactions = saved.records_reactions;
   reactions = saved.reactions;
   const auto gone = [&](Index point, Index body) {

@@ -243,7 +243,7 @@ class Test {
     const Float least = least_of({from(point.x, x_), from(point.y, y_), from(point.z, z_)});
     return may(least) | bits_of(floats, hn::Gt(least, bound_)) << 16;
   }
-  /// The same for a corner of the cluster.
+  /// These bits for a corner of the cluster.
   [[nodiscard]] HWY_INLINE std::uint32_t of_corner(const Corners& corners, std::size_t i) const {
     const Float least = least_of(
         {hn::Set(floats, corners.x[i]), hn::Set(floats, corners.y[i]), hn::Set(floats, corners.z[i])});

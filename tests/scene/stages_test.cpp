@@ -209,7 +209,7 @@ TEST(Stages, BadOnesAreRefusedInOneLine) {
       stage_refusal(
           R"("move": [{"body": "block", "motion": {"keyframes": [{"time": 0, "translate": [0, 0, 1]}]}}])"),
       "scene: stages[0].move[0].motion.keyframes[0]: found a pose at time 0 that differs from the body's "
-      "present pose, "
+      "current pose, "
       "expected a keyframe at a later time; the motion starts at the current pose");
   EXPECT_EQ(
       stage_refusal(

@@ -264,7 +264,7 @@ TEST(ModelChange, IsRefusedWhereThereIsNothingToChange) {
             "model change: insert: found 'table', which is in the simulation already, expected a body that "
             "was removed, or absent at the start");
   EXPECT_EQ(refused({.remove = {0, 0}}),
-            "model change: remove: found 'table', which is not in the simulation at present, expected a body "
+            "model change: remove: found 'table', which is not in the simulation now, expected a body "
             "that is in it");
   EXPECT_EQ(refused({.release_bodies = {7}}),
             "model change: release_bodies: found 7, expected an index below 2");

@@ -162,7 +162,7 @@ export class BodySet {
   }
 
   /** Whether colours or sections need the inner points. */
-  get wantsInside(): boolean {
+  get needsInnerPoints(): boolean {
     return this.colouring !== "body" && this.colouring !== "depth";
   }
 
@@ -276,7 +276,7 @@ export class BodySet {
       // Without a value, neighbours still have to be distinguished.
       if (coloured && !mesh.info.rigid) mesh.setFace(noValue, cutShade * (1 - 0.18 * (body % 3)));
       else mesh.setFace(shown ? neutral : mesh.colour);
-      if (!this.plane || !coloured || !this.wantsInside || !this.hasInside || !this.isCut(body)) return mesh.face.section(null);
+      if (!this.plane || !coloured || !this.needsInnerPoints || !this.hasInside || !this.isCut(body)) return mesh.face.section(null);
       const { positions, amounts } = this.tets.section(body, this.plane, this.positions, (corner) => this.amount(corner));
       const colours = new Float32Array(3 * amounts.length);
       amounts.forEach((amount, i) => {

@@ -18,8 +18,9 @@ namespace palpate::io {
 ///              a FIELD of a `.vtk` file; $ElementData of a `.msh` file (its first time step)
 std::vector<Vec3> read_cell_vectors(const std::filesystem::path& path, const std::string& name);
 
-/// The same of cell data of any number of components, as labels of tissues have one: (n_tets x components)
-/// numbers. Of a `.vtk` file SCALARS too; of a `.msh` file `components` is 3, or an Error is thrown.
+/// read_cell_vectors() for any number of components (labels of tissues have one): (n_tets x components)
+/// numbers. Also reads SCALARS of a `.vtk` file. For a `.msh` file `components` must be 3, otherwise an
+/// Error is thrown.
 std::vector<double> read_cell_data(const std::filesystem::path& path, const std::string& name,
                                    std::size_t components);
 
