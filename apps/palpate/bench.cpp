@@ -41,7 +41,7 @@ constexpr const char* examples = R"(Examples:
   palpate bench speed --only query             our goals of speed, measured; to results/bench-speed
   palpate bench step --quick                   whole steps of many scenes; to results/bench-step
 
-All but 'speed' and 'step' write report.json. All methods measure the same positions in turns; a method that finds other contacts is an
+All but 'speed' and 'step' write report.json. All methods measure the same positions alternately; a method that finds other contacts is an
 error. './dev bench --quick' does the first three and makes one report.html with pictures. Ctrl-C ends 'paper' and
 'scaling' after the item that is being measured and 'peers' after the scene; report.json has the items before.)";
 

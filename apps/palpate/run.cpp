@@ -94,8 +94,8 @@ ForcesFile open_forces(const Begin& begin, const ForceProbe& probe) {
   return {path, probe, begin.input.scene.units};
 }
 
-/// The places where the results of a run are written. The CSV files are opened first: if they cannot be
-/// continued, nothing has been changed yet.
+/// The files and folders where the results of a run are written. The CSV files are opened first: if they
+/// cannot be continued, nothing has been changed yet.
 struct Outputs {
   Outputs(const Begin& begin, const ForceProbe& probe, const OutcomeProbe& outcomes)
       : lock(begin.folder),

@@ -124,9 +124,9 @@ void Tissues::find_winners() {
   });
 }
 
-/// Takes eight samples in each cell of several tissues, one in each octant. Their places differ from cell to
-/// cell (Roberts 2018, additive recurrence of the plastic number), because a regular lattice of samples would
-/// miss flat layers between its planes.
+/// Takes eight samples in each cell of several tissues, one in each octant. Their positions differ from cell
+/// to cell (Roberts 2018, additive recurrence of the plastic number), because a regular lattice of samples
+/// would miss flat layers between its planes.
 std::vector<double> Tissues::volumes() const {
   constexpr Vec3 steps{0.8191725133961645, 0.6710436067037893, 0.5497004779019703};
   std::vector<double> volumes(fields_.size() + 1);

@@ -141,7 +141,7 @@ double run_frame(const Course& course, Peer& peer, const Prepared& prepared, Per
   return performance.threads == 1 ? spent.processor : spent.passed;
 }
 
-/// Tries the modes on the first frames; the fastest in the last of them goes on.
+/// Tries the modes on the first frames; the fastest in the last of them is used from then on.
 Runner try_modes(const Course& course, const Entrant& entrant, const std::vector<Prepared>& trial,
                  std::vector<Trial>& trials) {
   Runner best;

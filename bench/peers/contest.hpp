@@ -47,7 +47,7 @@ struct ContestResult {
   std::vector<Absentee> dropped;  ///< entrants that failed, or were too slow
 };
 
-/// Each entrant tries its modes on two frames and goes on with the fastest; then all take turns on frame
+/// Each entrant tries its modes on two frames and keeps the fastest; then all alternate on frame
 /// after frame. Throws Error if an exact test gives other answers than ours, or if ours are not among
 /// candidates.
 ContestResult run_contest(const Course& course, std::vector<Entrant> entrants, const ContestEffort& effort);

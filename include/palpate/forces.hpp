@@ -36,7 +36,7 @@ inline constexpr std::array<std::string_view, 3> contact_status_names{"open", "s
 /// END of the step: a new contact there has no force yet.
 ///
 /// The force acts on the point, or on the edge where it meets the surface; its reaction, on the penetrated
-/// body, acts at the same place. So forces and torques on both bodies add up to zero, up to rounding.
+/// body, acts at the same position. So forces and torques on both bodies add up to zero, up to rounding.
 /// Structure of arrays.
 struct ContactForces {
   std::vector<Index> point;  ///< (n) the point that is inside; for an edge, the nearer end

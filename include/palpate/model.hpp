@@ -40,7 +40,7 @@ struct Motion {
 /// Simulation would refuse. O(keyframes).
 Keyframe pose_at(const Motion& motion, double time);
 
-/// A spring between a point and a place in space, force = stiffness (target - point).
+/// A spring between a point and a position in space, force = stiffness (target - point).
 struct Grab {
   Index point = -1;        ///< of all points
   Vec3 target{};           ///< m
@@ -51,7 +51,7 @@ struct Grab {
 /// together. relax() runs before the start and ignores ties.
 struct Tie {
   Index point = -1;                   ///< of all points
-  Index tet = -1;                     ///< usually the nearest tet; the place may be a little outside of it
+  Index tet = -1;                     ///< usually the nearest tet; the position may be a little outside of it
   std::optional<double> stiffness{};  ///< N/m, > 0; none: that of a contact between the two bodies
 };
 
@@ -91,7 +91,7 @@ struct Model {
   std::vector<Index> motion_of_point{};      ///< (n_points) index into motions, or -1; or empty
   std::vector<Vec3> forces{};                ///< (n_points) loads on points, N; or empty
   std::vector<Vec3> velocities{};            ///< (n_points) of free points at the start, m/s; or empty
-  std::vector<Grab> grabs{};                 ///< springs to places in space, at the start
+  std::vector<Grab> grabs{};                 ///< springs to positions in space, at the start
   std::vector<Tie> ties{};                   ///< springs between bodies, at rest at the start
   std::vector<PointLoad> point_loads{};      ///< in addition to `forces`
   std::vector<SurfaceLoad> surface_loads{};  ///< on deformable bodies

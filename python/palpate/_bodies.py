@@ -104,11 +104,11 @@ class SimulationBody:
             self._simulation._release_points(self._of_all(points))
 
     def fix(self, points: ArrayLike | None = None) -> None:
-        """Fixes its points (indices or a mask; None: all of them) at their current places until release()."""
+        """Fixes its points (indices or a mask; None: all of them) at their current positions until release()."""
         self._simulation._fix(self._of_all(points))
 
     def move(self, motion: _core.Motion, points: ArrayLike | None = None) -> int:
-        """Lets its points (indices or a mask; None: all of them) follow a motion from their current places; its times
+        """Lets its points (indices or a mask; None: all of them) follow a motion from their current positions; its times
         are those of the simulation. Returns its number, for Simulation.move_prescribed() and similar functions.
         """
         return self._simulation._move(self._of_all(points), motion)

@@ -90,7 +90,7 @@ def _has_cloudpickle() -> bool:
 
 
 def _starts_alone() -> contextlib.AbstractContextManager[None]:
-    """How workers start: without the program if cloudpickle sends all functions, else with it, since they go by name."""
+    """How workers start: without the program if cloudpickle sends all functions, otherwise with it, because they are sent by name."""
     return _unknown_main() if _has_cloudpickle() else contextlib.nullcontext()
 
 

@@ -203,7 +203,7 @@ class Model(_core.Model):
         self._load_surface(body, chosen, pressure, _arrays.vector(traction, "traction"), ramp)
 
     def grab(self, body: int, point: int, target: ArrayLike, stiffness: float) -> None:
-        """A critically damped spring, N/m, from a point of a body (index in the body) to a place in space, m."""
+        """A critically damped spring, N/m, from a point of a body (index in the body) to a position in space, m."""
         self._grab(body, point, _arrays.vector(target, "target"), stiffness)
 
     def _selection(self, body: int, chosen: ArrayLike, what: str) -> _arrays.Indices:

@@ -346,7 +346,7 @@ class Simulation(_core.Simulation):
         return self._reaction_of_motion(number, _arrays.vector(about, "about"))
 
     def field(self, name: Field, *, of: Literal["points", "tets"] = "points") -> _arrays.Floats:
-        """A field of all bodies at present, by its name in scenes and frames (`output.fields`). (n) or
+        """A field of all bodies at the current positions, by its name in scenes and frames (`output.fields`). (n) or
         (n, components), n points or tets. Symmetric tensors have xx, yy, zz, xy, yz, xz; SI units, or those of a scene.
 
         Of points and tets, of tissue:
@@ -376,14 +376,14 @@ class Simulation(_core.Simulation):
         return np.flatnonzero(~np.asarray(self._prescribed(), dtype=bool) & ~rigid[bodies.body_of_point]).astype(np.int32)
 
     def grab(self, point: int, target: ArrayLike, stiffness: float) -> Grab:
-        """Pulls a point (of all points) by a spring, N/m, to a place, m, from the next step on.
+        """Pulls a point (of all points) by a spring, N/m, to a position, m, from the next step on.
 
         The spring is damped critically against the mass of the point. Returns a Grab, to move and release it.
         """
         return Grab(self, self._grab(point, _arrays.vector(target, "target"), stiffness))
 
     def to_pyvista(self, fields: Sequence[Field] = ()) -> pyvista.UnstructuredGrid:
-        """All bodies at present as a grid of pyvista, with `body`, `velocity` and the depth of contacts.
+        """All bodies at the current positions as a grid of pyvista, with `body`, `velocity` and the depth of contacts.
 
         fields: names of fields to add (`output.fields` in docs/scene.md): those of tissue as data of cells and points,
         those of contacts and reactions as data of points. Symmetric tensors have six components: xx, yy, zz, xy, yz, xz.

@@ -103,7 +103,7 @@ void CoarseLevel::list_couplings() {
 }
 
 /// Calls body(entry, block, place) for each pair of Jacobian blocks of a coupling whose first block is at the
-/// node. `place` is the position of the second block's node in the list of nodes found so far.
+/// node. `place` is the index of the second block's node in the list of nodes found so far.
 template <class Body>
 void CoarseLevel::for_each_column(std::size_t node, std::vector<std::uint32_t>& place, Body&& body) {
   std::uint32_t found = 0;

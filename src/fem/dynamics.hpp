@@ -117,10 +117,11 @@ class Dynamics {
   ///   M (3 v1 - 4 v0 + v-1) / 2 = h f(x1, v1),  3 x1 - 4 x0 + x-1 = 2 h v1,
   /// which is the step of implicit Euler of length 2 h / 3 from x* = x0 + (x0 - x-1) / 3 and v* = v0 + (v0 -
   /// v-1) / 3. Until end_step() or cancel_step(), positions(), velocities() and step_length() are these, and
-  /// couplings are to be made for them. Call it after prescribe(): points that are not free go on at constant
-  /// velocity. Returns false, and changes nothing, where no step is before this one (keep_past(); none since
-  /// positions, velocities or the state were set), where it had another length, and where a body rotates so
-  /// fast that its frame would rotate with it (BodyRotations). Tissue must not be viscous. O(n_points).
+  /// couplings are to be made for them. Call it after prescribe(): points that are not free continue at
+  /// constant velocity. Returns false, and changes nothing, where no step is before this one (keep_past();
+  /// none since positions, velocities or the state were set), where it had another length, and where a body
+  /// rotates so fast that its frame would rotate with it (BodyRotations). Tissue must not be viscous.
+  /// O(n_points).
   bool start_second_order(double time_step);
   /// Returns to the start of the step after start_second_order(); otherwise does nothing.
   void cancel_step();

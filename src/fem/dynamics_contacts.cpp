@@ -1,4 +1,4 @@
-// Steps with contacts: linear systems while contacts keep their status, else ContactSolver.
+// Steps with contacts: linear systems while contacts keep their status, otherwise ContactSolver.
 #include <algorithm>
 #include <cmath>
 

@@ -50,7 +50,7 @@ class ViscousElements {
   [[nodiscard]] const SymmetricMatrix3& history(std::size_t element) const {
     return history_[place(element)];
   }
-  /// sum_i q_i at present.
+  /// sum_i q_i, the current value.
   [[nodiscard]] SymmetricMatrix3 stress(std::size_t element) const;
   /// sum_i q_i : C^-1 : q_i / (2 gamma_i) with Hooke's law C, J/m^3: the energy of Maxwell elements for a
   /// linear law. With mu = 0 only the spherical part of q_i counts.

@@ -25,7 +25,7 @@ double beyond_least(double weight) {
   return std::max(0.0, (weight - least_weight) / (1.0 - least_weight));
 }
 
-/// The place where an edge meets a triangle.
+/// The point where an edge meets a triangle.
 struct Meeting {
   Index triangle;
   double parameter;               ///< on the edge

@@ -10,11 +10,11 @@
 
 namespace palpate {
 
-/// A tie and its place in the tet.
+/// A tie and its position in the tet.
 struct HeldTie {
   Tie tie{};
   std::array<double, 4>
-      weights{};  ///< in the order of the corners; the place may be slightly outside the tet
+      weights{};  ///< in the order of the corners; the position may be slightly outside the tet
 };
 
 /// Constraints of bodies and points that a ModelChange can change. Arrays have their full length.

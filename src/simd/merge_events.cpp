@@ -58,7 +58,7 @@ HWY_INLINE void merge_one(Stream& s) {
   ++s.event;
 }
 
-/// The place of each event depends on the event before it. Four interleaved streams hide that latency.
+/// The index of each event depends on the event before it. Four interleaved streams hide that latency.
 constexpr std::size_t streams = 4;
 
 template <std::ptrdiff_t vectors>

@@ -45,14 +45,14 @@ struct DriveMotion {
   std::optional<double> time;
   std::optional<Vec3> offset;
 };
-/// Lets a prescribed motion continue in time, from its place on the path.
+/// Lets a prescribed motion continue in time, from its position on the path.
 struct ResumeMotion {
   Index motion = -1;
 };
 struct Seek {
   Index frame = 0;
 };
-/// The data that the page wants beside the positions.
+/// The data that the page needs beside the positions.
 struct DisplayOptions {
   bool contacts = false;
   bool borders = false;

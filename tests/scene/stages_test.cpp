@@ -244,10 +244,10 @@ TEST(Outcomes, BadOnesAreRefusedInOneLine) {
   EXPECT_EQ(of(R"("stress": {"body": "block"})"), "");
   EXPECT_EQ(of(R"("stress": {"body": "blok"})"),
             "scene: outcomes[0].stress.body: found 'blok', expected 'block'");
-  EXPECT_EQ(
-      of(R"("displacement": {"body": "block", "at": [0, 0, 0.17]})"),
-      "scene: outcomes[0].displacement.at: found a place 0.05 outside of 'block', expected a place in the "
-      "body at rest");
+  EXPECT_EQ(of(R"("displacement": {"body": "block", "at": [0, 0, 0.17]})"),
+            "scene: outcomes[0].displacement.at: found a position 0.05 outside of 'block', expected a "
+            "position in the "
+            "body at rest");
   EXPECT_EQ(of(R"("force": {"body": "block", "along": [0, 0, 0]})"),
             "scene: outcomes[0].force.along: found a zero vector, expected a direction");
   EXPECT_EQ(

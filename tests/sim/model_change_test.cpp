@@ -96,7 +96,7 @@ TEST(ModelChange, AReleasedBodyKeepsItsVelocityAndFalls) {
     EXPECT_EQ(mean(s, 1), before);
     steps(s, 10);
     const Vec3 moved = mean(s, 1) - before;
-    EXPECT_NEAR(moved.x, 10 * h * 0.2, 1e-7) << "it goes on as it was moved";
+    EXPECT_NEAR(moved.x, 10 * h * 0.2, 1e-7) << "it continues as it was moved";
     EXPECT_NEAR(moved.z, fall(10, 0.3), 1e-6);
     EXPECT_EQ(s.metrics().inverted_tets, 0);
   }

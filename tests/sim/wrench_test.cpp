@@ -353,7 +353,7 @@ TEST(Wrench, IsPartOfASavedState) {
   EXPECT_EQ(simulation.contact_wrench(2).torque, other.contact_wrench(2).torque);
   simulation.step();
   other.step();
-  EXPECT_EQ(sum_of(simulation.reactions()), sum_of(other.reactions())) << "it goes on noting them";
+  EXPECT_EQ(sum_of(simulation.reactions()), sum_of(other.reactions())) << "it continues to record them";
 }
 
 TEST(Wrench, RefusesBodiesThatAreNotThere) {

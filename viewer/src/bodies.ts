@@ -201,7 +201,7 @@ export class BodySet {
   }
 
   /**
-   * An automatic scale only grows, so that a movie keeps its colours; this starts it anew.
+   * An automatic scale only grows, so that a movie keeps its colours; this resets it.
    * @param coloured  names of the bodies that amounts colour; none: those that deform
    */
   setColouring(colouring: Colouring, scale?: { least: number; most: number }, coloured: readonly string[] = []): void {
@@ -353,7 +353,7 @@ export class BodySet {
     return this.meshes.findIndex((mesh) => mesh.info.vertices[0] <= vertex && vertex < mesh.info.vertices[1]);
   }
 
-  /** Whether a place of a body is visible: the body is shown, and the cut does not remove the place. */
+  /** whether a position of a body is visible: the body is shown, and the cut does not remove the position. */
   shows(body: number, place: three.Vector3): boolean {
     return this.meshes[body]!.front.visible && !(this.isCut(body) && this.plane!.distanceToPoint(place) < 0);
   }

@@ -37,14 +37,14 @@ export class CutControl {
     const on = check("Cut the bodies open", false, (value) => this.switch(value), "cut");
     const axis = choose(axes, "x", (value) => this.setAxis(value as Axis), "cut-axis");
     const place = slider({
-      id: "cut-place", label: "Place of the cut", low: -half, high: half, value: 0,
+      id: "cut-place", label: "Position of the cut", low: -half, high: half, value: 0,
       show: (v) => this.shownPlace(v),
       change: (v) => { this.place = v; this.apply(); },
     });
     const flip = check("The other side", false, (value) => { this.flip = value; this.apply(); }, "cut-flip");
     const box = (label: HTMLElement) => label.querySelector("input")!;
     this.controls = { on: box(on), axis, flip: box(flip), place };
-    this.element = section("Cut", true, on, row("Across", axis), row("Place", place.element), flip);
+    this.element = section("Cut", true, on, row("Across", axis), row("Position", place.element), flip);
   }
 
   /** Cuts as a view of the scene does; without a cut the bodies are closed. */
