@@ -178,8 +178,8 @@ struct DetectorMemory {
 
 /// Finds the contacts among bodies and their depths, frame by frame.
 ///
-/// The result is that of exact arithmetic on the given positions and has the same bits for every structure,
-/// order, sort and thread count. Keeps its buffers from frame to frame.
+/// The result equals that of exact arithmetic on the given positions. It has the same bits for every
+/// structure, order, sort and thread count. Keeps its buffers from frame to frame.
 class Detector {
  public:
   /// Throws Error if a setting is out of range.

@@ -75,7 +75,7 @@ struct PairWrench {
 /// A force on a surface point is distributed to the triangles around it by area, as a load on their corner at
 /// the point. A force elsewhere (the reaction inside a penetrated tet, an inner point) is first distributed
 /// to the corners of the nearest surface triangle, so that force and torque stay. So the corner loads have
-/// the wrench of the body up to rounding. They are those of a traction that is linear in each triangle;
+/// the wrench of the body up to rounding. They belong to a traction that is linear in each triangle;
 /// `traction` is its mean.
 struct SurfaceTractions {
   std::vector<std::array<Vec3, 3>> corner_forces;  ///< (n_triangles x 3 x 3), N

@@ -117,7 +117,7 @@ struct Materials {
     return of_tet.empty() ? body : of_tet[static_cast<std::size_t>(tet)];
   }
 
-  std::vector<Material> all;  ///< the first n_bodies are those of the bodies; then any others
+  std::vector<Material> all;  ///< the first n_bodies belong to the bodies, one each; then any others
   std::vector<Index> of_tet;  ///< (n_tets) into `all`; empty: each tet has the material of its body
   /// (n_tets) directions of fibres, of any length; empty, or zero for a tet: that of its material.
   std::vector<Vec3> fibre_of_tet{};

@@ -19,7 +19,7 @@ struct TetMesh {
 /// Allowed but remarkable properties of a mesh, found by check_mesh().
 struct MeshNotes {
   Index reoriented_tets = 0;      ///< tets of negative volume; two of their corners were swapped
-  Index unreferenced_points = 0;  ///< points in no tet; kept, so that indices are those of the file
+  Index unreferenced_points = 0;  ///< points in no tet; kept, so that indices are the same as in the file
 };
 
 /// Checks a mesh and swaps two corners of tets of negative volume, so that det[b-a, c-a, d-a] > 0 for each.

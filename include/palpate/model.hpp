@@ -103,7 +103,7 @@ struct Model {
 };
 
 /// Points that follow a motion from now on: a point now at p moves to center + R (p - center) + translate.
-/// Times of the keyframes are those of the simulation.
+/// Times of the keyframes are simulation times.
 struct PointMove {
   std::vector<Index> points{};  ///< of all points
   Motion motion{};              ///< the motion

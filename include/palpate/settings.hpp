@@ -114,7 +114,8 @@ struct DetectionSettings {
   /// n_bodies^2 / 2 pairs, but each pair of a point and a tet that meet is searched in it.
   std::vector<std::array<Index, 2>> ignored_pairs{};
   /// Whether surface edges that pass through a body with both ends outside are found (docs/edges.md). If
-  /// false, contacts are those of the paper, and bodies that meet only edge on edge pass through each other.
+  /// false, contacts are found as in the paper, and bodies that meet only edge on edge pass through each
+  /// other.
   bool edge_contacts = true;
   /// Whether data of earlier frames are used to make frames with little motion faster. Contacts do not depend
   /// on it. Only for Structure::compact without cells_per_primitive and budget.

@@ -73,7 +73,7 @@ class Simulation {
 
   /// Advances by one time step. Throws Error if the run blows up (a value that is not finite, or beyond
   /// settings().limits), naming body, tet and step: source "body NAME", where "tet T, step N". Then all
-  /// results (positions, velocities, contacts, metrics, forces) are those of the last good step.
+  /// results (positions, velocities, contacts, metrics, forces) belong to the last good step.
   const StepMetrics& step();
 
   /// Changes the settings from the next step on; positions, velocities, grabs and the state of contacts stay.

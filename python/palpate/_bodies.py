@@ -109,7 +109,7 @@ class SimulationBody:
 
     def move(self, motion: _core.Motion, points: ArrayLike | None = None) -> int:
         """Lets its points (indices or a mask; None: all of them) follow a motion from their current positions; its times
-        are those of the simulation. Returns its number, for Simulation.move_prescribed() and similar functions.
+        are simulation times. Returns its number, for Simulation.move_prescribed() and similar functions.
         """
         return self._simulation._move(self._of_all(points), motion)
 

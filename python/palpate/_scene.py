@@ -16,7 +16,7 @@ from ._settings import scene_text
 
 
 def read_scene(scene: str | os.PathLike[str]) -> dict[str, Any]:
-    """A scene file as a mapping with all settings; the keys are those of docs/scene.md.
+    """A scene file as a mapping with all settings; docs/scene.md lists the keys.
 
     Paths of mesh files are made absolute, so that the mapping can be changed, saved elsewhere, and given to Simulation,
     World.from_scene() and sweep(). Raises Error if it is no scene.

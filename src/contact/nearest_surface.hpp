@@ -36,10 +36,10 @@ bool is_nearer(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c, const
 /// contains the point, through all faces that are near enough. Keeps its memory between searches; use one
 /// object for each thread.
 ///
-/// If the tets of a body do not overlap, the nearest point found is that of its whole surface, because the
-/// straight path to it stays in the body. If they do (tissue folded onto itself), it is the nearest exit of
-/// the layer that contains the point, and not the surface of another layer nearby. In self-contact, the tets
-/// and triangles at the searching point itself (`without`, otherwise -1) are left out.
+/// If the tets of a body do not overlap, the nearest point found is the nearest of its whole surface, because
+/// the straight path to it stays in the body. If they do (tissue folded onto itself), it is the nearest exit
+/// of the layer that contains the point, and not the surface of another layer nearby. In self-contact, the
+/// tets and triangles at the searching point itself (`without`, otherwise -1) are left out.
 class ExitSearch {
  public:
   /// Reserves memory for a search near a surface, so that later steps allocate none.

@@ -233,7 +233,7 @@ SolveReport ContactSolver::solve(const parallel::Threads& threads, const Contact
   start(run, goes_on);
   restart(run, true);
   run.size = std::sqrt(run.guess_by_mass);
-  if (reduced_.directions() > 0) reduced_.solve(threads);  // the directions are those of the last call
+  if (reduced_.directions() > 0) reduced_.solve(threads);  // the directions of the last call
   compute_residual(run);
   run.past_residual = run.residual();
   bool begun = false;

@@ -62,9 +62,9 @@ class Dynamics {
  public:
   using Report = SolveReport;
 
-  /// The first state: positions are those of the bodies at rest, velocities are zero.
+  /// The first state: the bodies are at their rest positions, velocities are zero.
   ///
-  /// \param materials        per body, or per tet; masses and damping of a point are those of its tets
+  /// \param materials        per body, or per tet; masses and damping of a point come from its tets
   /// \param fixed_points     per point, 1 if it does not move
   /// \param obstacle_bodies  per body, 1 if it does not move: its elements are not evaluated
   ///
@@ -90,8 +90,8 @@ class Dynamics {
   /// there, v in the other terms is the rotated velocity, and the rotation adds to x and to v at the end. In
   /// viscous tissue (ViscousElements), f_elastic is the force at the end of the step without a motion, and
   /// the elastic K' is the stiffness over the step. Bodies with hyperelastic tets are linearised again at the
-  /// end of the step until their forces there are those of the linear system, to `tolerance` of the solution:
-  /// Newton's method for implicit Euler (relinearise_tissue()).
+  /// end of the step until their forces there equal the forces of the linear system, to `tolerance` of the
+  /// solution: Newton's method for implicit Euler (relinearise_tissue()).
   ///
   /// \param time_step        h > 0, s
   /// \param gravity          m/s^2, on every mass
@@ -138,8 +138,8 @@ class Dynamics {
 
   /// step() in three parts, for couplings that depend on the velocities at the end of the step (friction):
   /// begin_step(), then solve() after each change of the couplings, from the last solution, then end_step().
-  /// Only end_step() changes positions, velocities and plastic strains. Arguments and errors are those of
-  /// step().
+  /// Only end_step() changes positions, velocities and plastic strains. Arguments and errors are the same as
+  /// for step().
   void begin_step(double time_step, const Vec3& gravity, std::span<const Vec3> external_forces);
   /// The iteration counts of Preconditioner::automatic in earlier solves are part of the state.
   /// \param goal  its lower bounds are set to the norms for gravity and external forces alone, its
@@ -182,8 +182,8 @@ class Dynamics {
   void find_constrained_elements();
   /// Call between the last solve() and end_step(). Holding forces, without those of couplings (n_points x 3),
   /// N: at each point that is not free, the external force for which Newton's law holds in the discrete form
-  /// of step(). Zero at free points except along held axes. The loads are those of begin_step(). O(n_points +
-  /// elements at such points).
+  /// of step(). Zero at free points except along held axes. The loads are the loads of begin_step().
+  /// O(n_points + elements at such points).
   void holding_forces(const Vec3& gravity, std::span<const Vec3> external_forces,
                       std::span<Vec3> forces) const;
 

@@ -38,7 +38,7 @@ struct ElementDeformation {
   double viscous_energy = 0.0;        ///< of Maxwell elements, J/m^3
   double mu = 0.0;                    ///< Pa
   double lambda = 0.0;                ///< Pa, the current value
-  bool hyperelastic = false;          ///< its stress is that of `law`, from the gradient alone
+  bool hyperelastic = false;          ///< its stress follows from `law` and the gradient alone
   HyperelasticLaw law;
 };
 
@@ -55,7 +55,7 @@ struct ElementDeformation {
 ///   E = V (mu |F - R|^2 + lambda/2 tr^2(R^T F - I)).
 /// Its force on corner i is f_i = -dE/dx_i = -V P g_i, with P = 2 mu (F - R) + lambda tr(R^T F - I) R and g_i
 /// the gradient of corner i's shape function at rest: their warped force -R K (R^T x - x_rest). R makes
-/// tr(R^T F) stationary, so that dR adds nothing. The stiffness blocks are those of the paper, K'_ij = R K_ij
+/// tr(R^T F) stationary, so that dR adds nothing. The stiffness blocks are as in the paper, K'_ij = R K_ij
 /// R^T with
 ///   K_ij = V (lambda g_i g_j^T + mu g_j g_i^T + mu (g_i . g_j) I),
 /// minus the derivative of the force at fixed R: symmetric and positive semi-definite.

@@ -4,8 +4,8 @@
 
 #include <palpate/types.hpp>
 
-/// Exact geometric predicates: the answer is that of exact arithmetic on the given doubles, for all finite
-/// input.
+/// Exact geometric predicates: the answer equals that of exact arithmetic on the given doubles, for all
+/// finite input.
 ///
 /// A floating-point filter with a proven error bound (Shewchuk, "Adaptive precision floating-point arithmetic
 /// and fast robust geometric predicates", 1997, orient3d stage A) decides almost every call. Integers of any

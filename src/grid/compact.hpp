@@ -297,7 +297,7 @@ void CompactGrid::visit_linear(const CellRange& range, Visit&& visit) const {
   }
 }
 
-/// The cells of a key form a block, so the keys of a range are those of a range of blocks. Neighbours along x
+/// The cells of a key form a block, so the keys of a range belong to a range of blocks. Neighbours along x
 /// that are consecutive on the curve are one interval of L.
 template <class Visit>
 void CompactGrid::visit_z(const CellRange& blocks, Visit&& visit) const {

@@ -16,7 +16,8 @@
 
 namespace palpate {
 
-/// Sizes and limits of a CuckooGrid. The defaults are those of Alcantara et al.; others are for tests.
+/// Sizes and limits of a CuckooGrid. The defaults are the values of Alcantara et al.; other values are for
+/// tests.
 struct CuckooParameters {
   std::size_t bucket_target = 409;    ///< keys of a bucket on average: 80 % of its capacity
   std::size_t bucket_capacity = 512;  ///< maximum number of keys of a bucket

@@ -78,8 +78,8 @@ double sum(const Threads& threads, std::size_t items, std::vector<double>& parti
   return total;
 }
 
-/// Lists that chunks fill independently and that are then joined in chunk order. So the order is that of the
-/// items, for every schedule of the threads. Keeps its memory between uses.
+/// Lists that chunks fill independently and that are then joined in chunk order. So the order is the order of
+/// the items, for every schedule of the threads. Keeps its memory between uses.
 template <class T>
 class ChunkedList {
  public:

@@ -139,7 +139,7 @@ void EdgeResponse::add_edge_contact(const Frame& frame, std::size_t contact, Ind
   }
   // Depths are measured from the planes through which the ends enter.
   const double outside = part(enters * meetings[0].steepness) * part((1.0 - leaves) * meetings[1].steepness);
-  // As soon as an end is inside, the factor is that of an edge at a rim.
+  // As soon as an end is inside, the factor of an edge at a rim applies.
   const double lack = support_.lack(own, body);
   const double beside = lack + (1.0 - lack) * outside;
   const double whole_stiffness = part_of_an_end * frame.rules.stiffness(own, body);

@@ -61,7 +61,7 @@ struct SavedState {
   std::vector<Vec3> tie_forces;
   bool records_reactions = false;
   std::vector<Vec3> reactions;
-  std::optional<ChangedModel> changed;  ///< empty: constraints and loads are those of the model
+  std::optional<ChangedModel> changed;  ///< empty: constraints and loads are as in the model
 };
 
 /// Throws Error if an index is out of range, a number is not finite or the length of an array does not match

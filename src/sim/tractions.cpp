@@ -13,8 +13,8 @@
 namespace palpate {
 namespace {
 
-/// Forces on the corners of a triangle whose sum is `force`, and whose torque is that of `force` acting at
-/// `place`.
+/// Forces on the corners of a triangle whose sum is `force`, and whose torque equals the torque of `force`
+/// acting at `place`.
 std::array<Vec3, 3> on_corners(const std::array<Vec3, 3>& t, const Vec3& q, const Vec3& place,
                                const Vec3& force) {
   const std::array<double, 3> b = weights_in(t, area_vector(t), q);

@@ -184,7 +184,7 @@ HWY_INLINE void make_planes(const ClusterBlock& block, std::size_t c, const Corn
     const Vector dc = difference(cc, d);
     const Vector ab = difference(b, a);
     const Vector ac = difference(cc, a);
-    // Signs are those of the predicates: of the volume of the tet with one corner replaced.
+    // Signs are as in the predicates: of the volume of the tet with one corner replaced.
     const Vector normal[4] = {cross(dc, db), cross(da, dc), cross(db, da), cross(ab, ac)};
     const Float volume = dot(normal[0], da);
     const auto sure = hn::Gt(hn::Abs(volume), bound);

@@ -11,7 +11,7 @@ from .results import Results
 
 
 def tissues_of(segmentation_node: Any) -> list[Tissue]:
-    """The segments of a segmentation, in their order, which is that of their labels."""
+    """The segments of a segmentation, in their order, which is the order of their labels."""
     segmentation = segmentation_node.GetSegmentation()
     tissues = []
     for number in range(segmentation.GetNumberOfSegments()):
