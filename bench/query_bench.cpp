@@ -1,5 +1,5 @@
 // Points in tets, frame by frame: the clustered query compared with the query of single tets and with Embree.
-// Every competitor gets the positions of each frame in turn, and their pairs are compared.
+// Every competitor gets the positions of each frame, one after the other, and their pairs are compared.
 #include <algorithm>
 #include <chrono>
 #include <cstring>

@@ -145,12 +145,12 @@ int detect(const DetectOptions& options) {
 }  // namespace
 
 Subcommand add_detect(CLI::App& command) {
-  CLI::App* app = command.add_subcommand("detect", "contacts of a scene's start as CSV or JSON");
+  CLI::App* app = command.add_subcommand("detect", "contacts at the start of a scene, as CSV or JSON");
   app->footer(examples);
   auto options = std::make_shared<DetectOptions>();
   add_path(*app, "SCENE", options->scene.file, "scene file (.json), '-' for standard input");
   add_changes(*app, options->scene.changes);
-  add_value(*app, "--format", "csv|json", "form of the output; default: csv",
+  add_value(*app, "--format", "csv|json", "format of the output; default: csv",
             [options = options.get()](const std::string& flag, const std::string& text) {
               options->format = parse_choice(flag, text, format_names);
             });

@@ -67,7 +67,7 @@ void add_detection_options(CLI::App& app, DetectionOptions& options) {
               }
             });
   add_value(app, "--cells-per-primitive", "exact|1..27",
-            "slots of a primitive for the cells it covers: fewer are faster and may miss contacts",
+            "number of cells used for each primitive: fewer cells are faster and may miss contacts",
             [&options](const std::string& flag, const std::string& text) {
               if (text == "exact") {
                 options.cells_per_primitive.emplace(std::nullopt);

@@ -147,7 +147,7 @@ Subcommand add_ball(CLI::App& generate) {
 }  // namespace
 
 std::vector<Subcommand> add_generate(CLI::App& command) {
-  CLI::App* generate = command.add_subcommand("generate", "write a scene or mesh to start from");
+  CLI::App* generate = command.add_subcommand("generate", "write an example scene or mesh");
   generate->footer(examples);
   generate->require_subcommand(1);
   std::vector<Subcommand> all = add_generate_anatomy(*generate);

@@ -9,7 +9,7 @@ namespace palpate::app {
 
 struct NewSceneFlags {
   NewSceneRequest request;
-  bool yes = false;  ///< use the guess, do not ask
+  bool yes = false;  ///< use the guessed unit without asking
 };
 
 /// Adds --unit, --size, --drop and --yes.

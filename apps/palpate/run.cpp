@@ -249,15 +249,15 @@ void add_flags(CLI::App& app, RunOptions& options) {
               options.steps = parse_integer(flag, text, 0, any_count);
             });
   app.add_flag("--until-rest", options.until_rest,
-               "end once nothing moves; at the latest after --steps or the duration");
-  add_value(app, "--out", "DIR", "folder of the results; default: results/NAME of the scene",
+               "end when all bodies are at rest; at the latest after --steps or the duration");
+  add_value(app, "--out", "DIR", "folder of the results; default: results/NAME, by the name of the scene",
             [&options](const std::string&, const std::string& text) { options.out = text; });
   add_value(app, "--every", "N", "steps from one frame to the next, instead of the scene's",
             [&options](const std::string& flag, const std::string& text) {
               options.every = static_cast<int>(parse_integer(flag, text, 1, std::numeric_limits<int>::max()));
             });
   app.add_flag("--replace", options.replace,
-               "start a new run where an incomplete one left checkpoints, which are lost");
+               "start a new run although the folder has checkpoints of an incomplete run, which are deleted");
   CLI::Option* const from_stage =
       add_value(app, "--from-stage", "NAME",
                 "begin at the end of this stage, which an earlier run has saved (docs/stages.md)",
@@ -268,9 +268,9 @@ void add_flags(CLI::App& app, RunOptions& options) {
       ->needs(from_stage);
   app.add_flag("--report", options.report, "write report.html: a page about the run");
   app.add_flag("--strict", options.strict,
-               "exit with 1 where a step did not converge or a stage ended by its time; results are written "
-               "all the same");
-  app.add_flag("--no-picture", options.no_picture, "take no picture");
+               "exit with 1 if a step did not converge or a stage ended by its time; results are written "
+               "anyway");
+  app.add_flag("--no-picture", options.no_picture, "write no picture");
   add_value(app, "--checkpoint-every", "N", "steps from one checkpoint to the next; the last two are kept",
             [&options](const std::string& flag, const std::string& text) {
               options.checkpoint_every = parse_integer(flag, text, 1, any_count);

@@ -53,7 +53,7 @@ KeyLister::Keys list_scene_keys() {
 
 namespace {
 
-/// Gives bodies without a name the name "body I", and throws Error where two bodies have one name.
+/// Gives bodies without a name the name "body I", and throws Error if two bodies have the same name.
 void name_bodies(Scene& scene) {
   std::set<std::string> names;
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {

@@ -53,7 +53,7 @@ class BodyMesh {
     this.update(start);
   }
 
-  /** Normals of vertices, weighted by area: those for drawing if the body is smooth, else computed on demand. */
+  /** Normals of vertices, weighted by area: made for drawing if the body is smooth, otherwise computed on demand. */
   normals(): Float32Array {
     const normals = this.surface.values("normal");
     if (!this.smooth) sumNormals(this.corners, this.surface.values("position"), normals);
