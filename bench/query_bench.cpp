@@ -45,7 +45,7 @@ struct Competitor {
 };
 
 /// Seconds of processor time that this thread had, so that other work on the machine counts less; with
-/// several threads, of time that passed.
+/// several threads, of wall time.
 double now(int threads) {
   if (threads > 1)
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
