@@ -43,7 +43,7 @@ struct ContactForces {
   std::vector<Index> edge;   ///< (n) of Bodies::edges(): the edge that passes through the body; -1: a point
   std::vector<Index> body;   ///< (n) the penetrated body
   std::vector<Index> tet;    ///< (n) the penetrated tet
-  std::vector<std::array<double, 4>> weights;  ///< (n x 4) of the place in the tet, corner order
+  std::vector<std::array<double, 4>> weights;  ///< (n x 4) barycentric weights in the tet, corner order
   std::vector<double> depth;  ///< (n) at the start of the step, m; negative: the gap of a speculative contact
   std::vector<Vec3> direction;            ///< (n x 3) unit vector out of the penetrated body
   std::vector<double> normal;             ///< (n) force on the point along the direction, N

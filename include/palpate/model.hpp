@@ -47,7 +47,7 @@ struct Grab {
   double stiffness = 0.0;  ///< N/m, > 0
 };
 
-/// A spring between a point and its place at the start in a tet of another body: tissue that has grown
+/// A spring between a point and its position at the start in a tet of another body: tissue that has grown
 /// together. relax() runs before the start and ignores ties.
 struct Tie {
   Index point = -1;                   ///< of all points

@@ -83,7 +83,7 @@ def run_job(job: Job) -> Row:
 
 
 def _told(error: Exception) -> str:
-    """An error in one line; for the caller's functions with the place where it was raised."""
+    """An error in one line; for the caller's functions with the line where it was raised."""
     if isinstance(error, Error):
         return str(error)
     here = os.path.dirname(__file__)
@@ -161,7 +161,7 @@ class Store:
         return row if isinstance(row, dict) else None
 
     def write(self, key: str, row: Row) -> None:
-        """Keeps a row: written beside its place and renamed."""
+        """Keeps a row: written under a temporary name and renamed."""
         beside = f"{self._file(key)}.{os.getpid()}.part"
         with open(beside, "w", encoding="utf-8") as stream:
             json.dump(row, stream, indent=1, default=str)

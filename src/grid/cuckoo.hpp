@@ -31,7 +31,7 @@ struct CuckooParameters {
 
 /// Parallel two-level cuckoo hashing (Alcantara et al., "Real-time parallel hashing on the GPU", 2009; paper
 /// 4.3). A key is the index of a cell that is not empty. A first hash distributes the keys to buckets; each
-/// bucket then finds, on its own, a place for each of its keys in one of three sub-tables, with hash
+/// bucket then finds, on its own, a slot for each of its keys in one of three sub-tables, with hash
 /// functions of its own. A key leads to (start, count) in the array of references.
 ///
 /// The paper does not say how distinct keys are found. Here the entries are sorted (radix) by the 32 bits of

@@ -83,12 +83,12 @@ class SurfaceForces {
   };
 
   /// The nearest face whose normal is along `direction`; if there is none, the nearest face. The second
-  /// search begins at the tet of the nearest face, since the place may have left its tet.
+  /// search begins at the tet of the nearest face, since the position may have left its tet.
   [[nodiscard]] Face face_at(Index tet, Index without, const Vec3& place, const Vec3& direction) {
     constexpr double far = std::numeric_limits<double>::infinity();
     constexpr double about_as_near = 1.5;
     constexpr double along = 0.5;
-    constexpr double rounding = 1e-9;  // the place is on the face itself
+    constexpr double rounding = 1e-9;  // the position is on the face itself
     const SurfacePoint nearest = search_.nearest(bodies_, positions_, tet, place, without, far, 0.0);
     Face any;
     Face facing;
