@@ -11,8 +11,8 @@
 #include "room.hpp"
 
 /// All parallel loops. Work is cut into chunks of a fixed number of items, never by the number of threads.
-/// Every result is written to the element of its item or chunk, so results have the same bits for every thread
-/// count.
+/// Every result is written to the element of its item or chunk, so results have the same bits for every
+/// thread count.
 namespace palpate::parallel {
 
 /// Number of chunks of `grain` items that cover `items`.
