@@ -6,7 +6,8 @@
 // are from where they are without a budget (the paper's Table 2). Then MANY_STEPS with each budget and with
 // disturbances (disturbances.hpp). Then detection alone, FRAMES times: the positions of the run without a
 // budget, to and fro, each time with a tremble of its own. For each step or detection: its time, the fraction
-// of the clusters asked, and whether the system put the thread aside meanwhile, which no program can foresee.
+// of the clusters queried, and whether the system put the thread aside meanwhile, which no program can
+// foresee.
 #include <algorithm>
 #include <charconv>
 #include <cmath>

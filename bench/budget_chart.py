@@ -46,7 +46,7 @@ def table(result):
         of = exact[what]
         print(f"Without a budget, {of['count']} {what}: median {of['time']['median']:.3g} ms, 99.9 % "
               f"{of['time']['p999']:.3g} ms, {of['contacts']['median']:.0f} contacts.")
-    print("\n| budget | what | within budget + 10 % | median, 99.9 %, longest | clusters asked: mean, least | depths not found anew, mean | contacts, median |")
+    print("\n| budget | what | within budget + 10 % | median, 99.9 %, longest | clusters queried: mean, smallest | depths not recomputed, mean | contacts, median |")
     print("|---|---|---|---|---|---|---|")
     for b in result["budgets"]:
         for name, what in (("many_steps", "steps, disturbed"), ("steps", "steps"), ("detections", "detections")):

@@ -68,7 +68,7 @@ def callgrind_counts(program, order, cells):
 def section_of(program):
     perf = perf_works()
     counts = perf_counts if perf else callgrind_counts
-    how = "the processor's counters (perf)" if perf else "valgrind's callgrind, simulated caches, SIMD as far as AVX2"
+    how = "the processor's counters (perf)" if perf else "valgrind's callgrind, simulated caches, SIMD up to AVX2"
     rows, texts = [], []
     # Simulated counts do not depend on what else runs.
     with concurrent.futures.ThreadPoolExecutor(1 if perf else os.cpu_count()) as pool:
@@ -86,11 +86,11 @@ def section_of(program):
                     texts.append(f"{scene}, {phase}: {z / linear:.2f}")
     return {
         "id": "cache-misses", "title": "Cache misses: Z-curve against linear order",
-        "paper": "Z-order makes edge-triangle queries about 8 % faster, by the cache.",
-        "ours": f"Misses of data for each frame of a detection, counted by {how}; one thread, points in cells of one order after the other.",
+        "paper": "Z-order makes edge-triangle queries about 8 % faster, because of the cache.",
+        "ours": f"Data cache misses for each frame of a detection, counted by {how}; one thread; one order of cells after the other.",
         "verdict": "agrees" if all(row[5] is None or row[5] < 0.96 for row in rows if row[1] != "whole detection" and row[2] == "first level")
         and not perf else "not comparable" if perf else "differs",
-        "why": "Misses of the first level with the Z-curve over those with linear order: " + "; ".join(texts),
+        "why": "first-level misses with the Z-curve, divided by those with linear order: " + "; ".join(texts),
         "result_hash": "", "table": {"columns": ["scene", "phase", "cache", "linear, misses a frame", "Z-curve, misses a frame",
                                                  "Z-curve / linear"], "rows": rows},
         "charts": [], "measures": []}

@@ -58,7 +58,7 @@ void Disturbances::hold(Simulation& simulation) {
   grab_ = simulation.grab({.point = point, .target = home_, .stiffness = inertia});
 }
 
-/// Moves prescribed bodies, in 80 steps, to a place near another point of their path.
+/// Moves prescribed bodies, in 80 steps, to a position near another point of their path.
 void Disturbances::redirect(Simulation& simulation, std::span<Simulation> others) {
   const double now = simulation.metrics().time;
   for (std::size_t m = 0; m < motions_.size(); ++m) {

@@ -1,8 +1,9 @@
 // A step's linear system and its solution, compared with careful code that uses Eigen. One thread.
 //
-// Frames are distinct deformations of a scene; in each both are measured in turn. Of Eigen's preconditioners
-// the better is taken, with the loosest tolerance that leads to the error asked for; ours gets that error as
-// its goal. Solutions are compared with a direct one (of large meshes: with conjugate gradients to 1e-10).
+// Frames are distinct deformations of a scene; in each both are measured, one after the other. Of Eigen's
+// preconditioners the better is taken, with the loosest tolerance that leads to the error asked for; ours
+// gets that error as its goal. Solutions are compared with a direct one (of large meshes: with conjugate
+// gradients to 1e-10).
 #include <Eigen/IterativeLinearSolvers>
 #include <Eigen/SparseCholesky>
 #include <algorithm>

@@ -13,7 +13,7 @@ PRECONDITIONERS = ("jacobi", "two-level", "factor", "multigrid", "auto")
 
 
 def update_rows(cases):
-    yield "| work | Eigen ms | ours ms | ratio |"
+    yield "| work | Eigen, ms | Palpate, ms | ratio |"
     yield "|---|---:|---:|---:|"
     for case in cases:
         name = f"{case['name']} ({case['points']} points, {case['tets']} tets)"
@@ -38,7 +38,7 @@ def solve_rows(cases):
 
 
 def product_rows(cases):
-    yield "| product with the matrix | MB | ms | GB/s | of reading as many bytes |"
+    yield "| product with the matrix | MB | ms | GB/s | fraction of the speed of plain reading |"
     yield "|---|---:|---:|---:|---:|"
     for case in cases:
         product = case["product"]

@@ -45,7 +45,7 @@ def microseconds(call, calls=30, rounds=15):
 
 
 def compared(python, compiled, calls=20, rounds=41):
-    """Of two calls in turns: the median of each, and of their differences."""
+    """Of two calls, made alternately: the median of each, and of their differences."""
     pairs = [(round_of(python, calls), round_of(compiled, calls)) for _ in range(rounds)]
     whole, inner = (statistics.median(column) for column in zip(*pairs))
     return whole, inner, statistics.median(a - b for a, b in pairs)

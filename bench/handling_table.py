@@ -10,14 +10,14 @@ import page
 
 
 def rows(cases):
-    yield "| scene | work | ms | of it contacts, ms |"
+    yield "| scene | work | ms | part for contacts, ms |"
     yield "|---|---|---:|---:|"
     for case in cases:
         if "border_edges" in case:
             edges = case["border_edges"]
             yield f"| {case['name']} | {case['edges']} border edges against triangles | {edges['ms']:.3f} | – |"
-            yield f"| {case['name']} | the same, Embree: {edges['embree_mode']} | {edges['embree_ms']:.3f} | – |"
-        for mode, words in (("clustered", "whole detection, all anew"), ("coherent", "whole detection, with coherence")):
+            yield f"| {case['name']} | {case['edges']} border edges against triangles, Embree: {edges['embree_mode']} | {edges['embree_ms']:.3f} | – |"
+        for mode, words in (("clustered", "whole detection, without coherence"), ("coherent", "whole detection, with coherence")):
             if mode in case:
                 yield f"| {case['name']} | {words} | {case[mode]['all_ms']:.3f} | {case[mode]['contacts_ms']:.3f} |"
 

@@ -11,7 +11,7 @@ import page
 
 def rows(cases):
     threads = cases[0]["parallel"]["speed_up"].keys()
-    yield f"| kernel | instructions | for each | of them in a frame | frames | in parallel | {' | '.join(f'{n} threads' for n in threads)} |"
+    yield f"| kernel | instructions per unit | unit | units in a frame | frames | in parallel | {' | '.join(f'{n} threads' for n in threads)} |"
     yield "|---|---:|---|---:|---:|---:|" + "---:|" * len(threads)
     for case in cases:
         each = case["units"] / case["frames"]

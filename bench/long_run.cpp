@@ -3,9 +3,9 @@
 // palpate_long_run RESULT.json SCENE STEPS [SEED] [SECONDS]
 //
 // Checks in each step that nothing is NaN and that contact forces add up to zero; every 500 steps that the
-// contacts are those of all pairs (the structure brute) and, through save() and restore() in a second
-// simulation, that a resumed run goes on with the same bits; and how much memory the process has. Ends after
-// SECONDS at the latest, and says how many steps it did.
+// contacts equal the contacts of all pairs (the structure brute) and, through save() and restore() in a
+// second simulation, that a resumed run continues with the same bits; and how much memory the process has.
+// Ends after SECONDS at the latest, and says how many steps it did.
 #include <algorithm>
 #include <charconv>
 #include <chrono>

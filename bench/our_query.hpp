@@ -35,7 +35,7 @@ class OurQuery {
   /// \param setting   must outlive it
   /// \param coherent  with lists of near points, made for earlier frames
   OurQuery(const Setting& setting, int threads, bool coherent);
-  /// Valid until the next. Throws where the positions have left the lattice.
+  /// Valid until the next. Throws if the positions have left the lattice.
   std::span<const PointInTet> find(std::span<const Vec3> positions);
 
   [[nodiscard]] const parallel::Threads& threads() const { return threads_; }

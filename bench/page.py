@@ -10,7 +10,7 @@ def machine(report):
     """A line that says where and with what the figures of a part of `palpate bench speed` were taken."""
     taken, references = report["machine"], report["references"]
     load = f", load of the machine up to {report['load']:.1f}" if "load" in report else ""
-    return (f"{taken['cpu']}, {taken['cores']} cores, one used unless said; {taken['compiler']}, {taken['build_type']}; commit `{taken['commit']}`; "
+    return (f"{taken['cpu']}, {taken['cores']} cores, one used unless stated; {taken['compiler']}, {taken['build_type']}; commit `{taken['commit']}`; "
             f"{report['date']}{load}. memcpy of 64 MiB {references['memcpy_GB_per_s']:.1f} GB/s, "
             f"`std::sort` of a million floats {references['sort_ms']:.0f} ms, 20 million dependent multiply-adds {references['multiply_add_ms']:.0f} ms.")
 

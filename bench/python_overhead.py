@@ -3,7 +3,7 @@
     ./dev python bench/python_overhead.py [--instructions]
 
 The paper's stacking scene (10000 tets), at its start, where nothing touches yet, and while it falls. A loop in Python that
-calls update() is compared with a loop in C++ that makes the same calls, in turns, by the time that the processor spent;
+calls update() is compared with a loop in C++ that makes the same calls, alternately, by the time that the processor spent;
 what is told are medians over the rounds. A detection with contacts varies by more than the overhead, so the same is done
 with two bodies of one tet each, where little else is left; and --instructions counts the instructions of both loops in
 the fallen stack under valgrind, which no other program disturbs.

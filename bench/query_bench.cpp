@@ -1,5 +1,5 @@
 // Points in tets, frame by frame: the clustered query compared with the query of single tets and with Embree.
-// Every competitor gets the positions of each frame in turn, and their pairs are compared.
+// Every competitor gets the positions of each frame, one after the other, and their pairs are compared.
 #include <algorithm>
 #include <chrono>
 #include <cstring>
@@ -45,7 +45,7 @@ struct Competitor {
 };
 
 /// Seconds of processor time that this thread had, so that other work on the machine counts less; with
-/// several threads, of time that passed.
+/// several threads, of wall time.
 double now(int threads) {
   if (threads > 1)
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();

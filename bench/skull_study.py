@@ -5,7 +5,7 @@
 20 plans of the lower jaw (1 to 10.5 mm forwards) with 10 stiffnesses of the soft tissue. Coarse: the plan is driven in
 eight long steps, no overlaps are removed first, the solver stops early. When a tenth of the runs are done a worker
 process is killed (SIGKILL). Then the last rows are made again in this process: they must have the same bits. Writes
-bench/results/skull_study.csv, and keeps finished runs in FOLDER (default: build/skull-study): started again, it goes on
+bench/results/skull_study.csv, and keeps finished runs in FOLDER (default: build/skull-study): started again, it continues
 where it was.
 """
 

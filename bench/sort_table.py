@@ -37,9 +37,9 @@ def table(report):
     context = report["context"]
     lines = [
         f"{context['cpu']}, {context['cores']} cores, one used; {context['compiler']}; commit `{context['commit']}`; "
-        f"{context['date']}; load of the machine meanwhile: {', '.join(f'{x:.1f}' for x in context['load_avg'])}.",
+        f"{context['date']}; load of the machine during the run: {', '.join(f'{x:.1f}' for x in context['load_avg'])}.",
         "",
-        "Nanoseconds of CPU an entry; in brackets how many times faster than std::sort from last frame's order, and how many times memcpy.",
+        "CPU time per entry, ns. In brackets: the time of std::sort from last frame's order divided by it, and it divided by the time of memcpy.",
         "",
         "| entries | movers | memcpy | " + " | ".join(COLUMNS.values()) + " |",
         "|" + "---:|" * (3 + len(COLUMNS)),

@@ -24,5 +24,5 @@ def table(reports):
     for name, title in TABLES.items():
         rows = [goal_row(row) for report in reports for row in report["table"] if row["table"] == name]
         if rows:
-            lines += ["", f"| {title} | ours | the other side | who | ratio | must | aim | |", "|---|---:|---:|---|---:|---:|---:|---|", *rows]
+            lines += ["", f"| {title} | Palpate | other side | name of the other side | ratio | must | aim | |", "|---|---:|---:|---|---:|---:|---:|---|", *rows]
     return "\n".join(lines) + "\n"

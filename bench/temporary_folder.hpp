@@ -11,7 +11,7 @@ namespace palpate::bench {
 /// A new folder for what goes to another program and back; it goes with the object.
 class TemporaryFolder {
  public:
-  /// Throws Error where no folder can be made.
+  /// Throws Error if no folder can be made.
   TemporaryFolder() {
     std::string name = (std::filesystem::temp_directory_path() / "palpate-bench-XXXXXX").string();
     if (::mkdtemp(name.data()) == nullptr) throw Error(name, "", "no folder", "one that can be made");

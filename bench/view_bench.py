@@ -1,5 +1,5 @@
 """What looking at a simulation costs: frames and bytes per second of 'palpate view', and how fast the simulation runs with
-and without a page, in turns: the same first steps of the scene each time.
+and without a page, alternately: the same first steps of the scene each time.
 
 Usage: view_bench.py PALPATE RESULT.json SCENE... [--steps N] [--rounds N] [--threads N]
 

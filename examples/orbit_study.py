@@ -4,7 +4,7 @@
     ./dev python examples/orbit_study.py meshes FOLDER    the same repair with three meshes of the same label map
 
 Each writes a table (.csv, .json) and a chart (.png) to FOLDER. Finished runs are kept there: a study that was interrupted
-goes on where it was. docs/orbit.md shows what comes out.
+continues where it was. docs/orbit.md shows what comes out.
 """
 
 import argparse

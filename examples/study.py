@@ -2,7 +2,7 @@
 does the rod carry, for three plans of the bone and tissue of two stiffnesses?
 
 Each run is a row of the table; a run that fails is a row too. Runs that were made are kept in a folder, so that the
-study goes on where it was when it is started again. `client=` takes a dask.distributed.Client for other machines.
+study continues where it was when it is started again. `client=` takes a dask.distributed.Client for other machines.
 """
 
 import pathlib

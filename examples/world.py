@@ -1,6 +1,6 @@
 """A simulator of one's own that uses only detection: stiff balls that fall into a bowl of three others.
 
-Each ball is a rigid body with one velocity; the penalty forces are two lines of NumPy. The world is told the positions
+Each ball is a rigid body with one velocity; the penalty forces are two lines of NumPy. The world gets the positions
 of all points in each step and tells who touches whom, how deep, and which way is out.
 """
 

@@ -13,7 +13,7 @@ inline std::string number_text(double value) {
   return {text.data(), end};
 }
 
-/// The same to three digits, for a value that is told to people.
+/// A number to three digits, for messages in which the exact value does not matter.
 inline std::string short_number_text(double value) {
   std::array<char, 32> text{};
   constexpr int digits = 3;

@@ -35,15 +35,16 @@ constexpr std::array<std::string_view, 8> paper_items{"table-1", "figure-6",  "f
 constexpr std::array<std::string_view, 3> scaling_items{"growth", "threads", "step-growth"};
 
 constexpr const char* examples = R"(Examples:
-  palpate bench paper --quick                  the paper's results on this machine; to results/bench-paper
-  palpate bench peers                          the same contacts by other libraries; to results/bench-peers
-  palpate bench scaling --full                 up to ten million tets; to results/bench-scaling
-  palpate bench speed --only query             our goals of speed, measured; to results/bench-speed
-  palpate bench step --quick                   whole steps of many scenes; to results/bench-step
+  palpate bench paper --quick                  the paper's results on this machine; writes results/bench-paper
+  palpate bench peers                          the same contacts by other libraries; writes results/bench-peers
+  palpate bench scaling --full                 up to ten million tets; writes results/bench-scaling
+  palpate bench speed --only query             our goals of speed; writes results/bench-speed
+  palpate bench step --quick                   whole steps of many scenes; writes results/bench-step
 
-All but 'speed' and 'step' write report.json. All methods measure the same positions in turns; a method that finds other contacts is an
-error. './dev bench --quick' does the first three and makes one report.html with pictures. Ctrl-C ends 'paper' and
-'scaling' after the item that is being measured and 'peers' after the scene; report.json has the items before.)";
+All but 'speed' and 'step' write report.json. All methods get the same positions, alternately. A method that finds other
+contacts ends the benchmark with an error. './dev bench --quick' runs the first three and makes one report.html with
+pictures. Ctrl-C ends 'paper' and 'scaling' after the current item and 'peers' after the current scene; report.json has
+the finished items.)";
 
 struct ReportOptions {
   fs::path out;
@@ -138,7 +139,8 @@ void add_report_options(CLI::App& app, ReportOptions& options, std::span<const s
 }  // namespace
 
 std::vector<Subcommand> add_bench(CLI::App& command) {
-  CLI::App* bench = command.add_subcommand("bench", "measure, and compare with the paper");
+  CLI::App* bench =
+      command.add_subcommand("bench", "measure, and compare with the paper and other libraries");
   bench->footer(examples);
   bench->require_subcommand(1);
   bench->add_subcommand("peers", "the same contacts by Embree, CGAL, Bullet, VTK and others");

@@ -20,35 +20,35 @@ namespace palpate::app {
 // Functions that list the members of a checkpoint for archives, which find them by argument-dependent lookup.
 
 template <class Archive>
-void describe(Archive& archive, RunPlan& p) {
+void serialize(Archive& archive, RunPlan& p) {
   archive(p.scene_file, p.scene, p.source, p.scene_folder, p.most_steps, p.until_rest, p.no_picture, p.strict,
           p.checkpoint_every);
 }
 
 template <class Archive>
-void describe(Archive& archive, Tally& tally) {
+void serialize(Archive& archive, Tally& tally) {
   archive(tally.last, tally.largest, tally.total);
 }
 
 template <class Archive>
-void describe(Archive& archive, CuckooRun& run) {
+void serialize(Archive& archive, CuckooRun& run) {
   archive(run.last, run.lowest_occupancy, run.highest_occupancy, run.bucket_retries, run.redistributions,
           run.growths);
 }
 
 template <class Archive>
-void describe(Archive& archive, LargestForce& largest) {
+void serialize(Archive& archive, LargestForce& largest) {
   archive(largest.force, largest.step);
 }
 
 template <class Archive>
-void describe(Archive& archive, StageRecord& r) {
+void serialize(Archive& archive, StageRecord& r) {
   archive(r.name, r.first_step, r.last_step, r.time, r.reached, r.steps_not_converged, r.inverted_tets,
           r.outcomes, r.state_hash, r.overlaps);
 }
 
 template <class Archive>
-void describe(Archive& archive, RunOutcome& o) {
+void serialize(Archive& archive, RunOutcome& o) {
   archive(o.steps, o.contacts, o.border_edges, o.crossings, o.edge_contacts, o.candidates, o.movers,
           o.depth_fallbacks, o.cuckoo_points, o.cuckoo_edges, o.raised_depths, o.cancelled_directions,
           o.regions_without_border, o.border_edges_without_crossing, o.folded_pairs, o.inverted_tets,
@@ -57,17 +57,17 @@ void describe(Archive& archive, RunOutcome& o) {
 }
 
 template <class Archive>
-void describe(Archive& archive, FieldMaximum& m) {
+void serialize(Archive& archive, FieldMaximum& m) {
   archive(m.name, m.value, m.step, m.body, m.item, m.of_tets, m.place);
 }
 
 template <class Archive>
-void describe(Archive& archive, FramesSoFar& frames) {
+void serialize(Archive& archive, FramesSoFar& frames) {
   archive(frames.times, frames.last_step, frames.maxima);
 }
 
 template <class Archive>
-void describe(Archive& archive, Checkpoint& c) {
+void serialize(Archive& archive, Checkpoint& c) {
   archive(c.plan, c.outcome, c.metrics_bytes, c.forces_bytes, c.frames, c.simulation, c.stages);
 }
 

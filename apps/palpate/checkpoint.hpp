@@ -85,13 +85,13 @@ struct FoundCheckpoint {
 };
 
 /// The checkpoint at the end of a stage, in a folder of results. Throws BadInput, in one line with the names
-/// of existing ones, where there is none.
+/// of existing ones, if there is none.
 FoundCheckpoint find_stage(const std::filesystem::path& results, const std::string& stage);
 
 /// Whether there are checkpoints in a folder of results, undamaged or not.
 bool has_checkpoints(const std::filesystem::path& results);
 
-/// The last undamaged checkpoint in a folder of results. Throws BadInput, in one line, where there is none.
+/// The last undamaged checkpoint in a folder of results. Throws BadInput, in one line, if there is none.
 FoundCheckpoint find_checkpoint(const std::filesystem::path& results);
 
 }  // namespace palpate::app

@@ -24,14 +24,14 @@ namespace {
 
 constexpr const char* examples = R"(Examples:
   palpate run scenes/stacking.json           simulate a scene; results go to results/stacking
-  palpate view scenes/stacking.json          look at a scene, and touch it, in the browser
-  palpate view liver.msh                     look at a mesh, and press it
-  palpate new liver.msh                      write a scene around a mesh
-  palpate info liver.msh                     what is in a mesh
+  palpate view scenes/stacking.json          show a scene in the browser, where its bodies can be pulled
+  palpate view liver.msh                     show a mesh that an instrument presses
+  palpate new liver.msh                      write a scene that contains a mesh
+  palpate info liver.msh                     statistics of a mesh
   palpate generate stacking --count 5        write a scene to start from
   palpate mesh organs.seg.nrrd               bodies and a scene from a segmentation
 
-'palpate help SUBCOMMAND' explains each. Exit codes: 0 done, 1 the work failed, 2 bad usage or input.)";
+'palpate help SUBCOMMAND' explains a subcommand. Exit codes: 0 done, 1 the work failed, 2 bad usage or input.)";
 
 /// Changes "palpate help generate box" to "palpate generate box --help".
 std::vector<const char*> without_help_word(std::span<const char* const> words) {
@@ -46,7 +46,7 @@ bool asks_for_help(std::span<const char* const> words) {
   return std::ranges::any_of(words, [](std::string_view word) { return word == "--help" || word == "-h"; });
 }
 
-/// Throws BadInput where a word follows "help" and a subcommand that has no subcommands. check_subcommands()
+/// Throws BadInput if a word follows "help" and a subcommand that has no subcommands. check_subcommands()
 /// reports wrong names.
 void check_help_words(const CLI::App& command, std::span<const char* const> words) {
   const CLI::App* above = &command;
@@ -66,7 +66,7 @@ void check_help_words(const CLI::App& command, std::span<const char* const> word
 /// Adds `help` and the subcommands that are separate programs, so that help and completion list them.
 void add_words(CLI::App& command, MeshOptions& mesh_options) {
   CLI::App* const mesh = command.add_subcommand(std::string(mesh_companion.words),
-                                                "tet meshes and a scene from a label map or surfaces");
+                                                "make tet meshes and a scene from a label map or surfaces");
   add_mesh_options(*mesh, mesh_options);
   CLI::App* const help = command.add_subcommand("help", "explain a subcommand");
   std::string names;

@@ -23,7 +23,7 @@ inline constexpr Companion speed_companion{"bench speed", "palpate-bench-speed",
 inline constexpr Companion step_companion{"bench step", "palpate-bench-step",
                                           "a build with the benchmarks (PALPATE_BUILD_BENCH)"};
 
-/// Replaces this process by the program (exec), with these arguments; does not return. Throws BadInput where
+/// Replaces this process by the program (exec), with these arguments; does not return. Throws BadInput if
 /// the program does not exist.
 int run_companion(const Companion& companion, std::span<const char* const> arguments);
 

@@ -76,7 +76,7 @@ void CsvFile::flush() {
   struct stat status {};
   if (::fstat(descriptor_, &status) == 0 && status.st_nlink == 0) {
     throw Error(path_.string(), "writing", "that the file was removed during the run",
-                "the file that the run created");
+                "it to stay until the run ends");
   }
   lines_.clear();
   flushed_ = std::chrono::steady_clock::now();

@@ -19,7 +19,7 @@ class CsvFile {
   /// Creates or replaces the file, with this first line, which includes its line end. All functions throw
   /// Error naming the path if it cannot be written.
   CsvFile(std::filesystem::path path, std::string header);
-  /// Appends to a file after its first `bytes` bytes; the rest is cut off. Throws Error where the file is
+  /// Appends to a file after its first `bytes` bytes; the rest is cut off. Throws Error if the file is
   /// shorter.
   CsvFile(std::filesystem::path path, std::uint64_t bytes);
   ~CsvFile();

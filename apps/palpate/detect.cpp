@@ -30,9 +30,9 @@ constexpr const char* examples = R"(Examples:
   palpate detect scene.json --format json --out contacts.json
   palpate detect scene.json --structure brute | diff - contacts.csv
 
-Points and tets are counted over all bodies, in the order of the scene; bodies from 0. Numbers have all their digits. CSV has the
-points that are inside; JSON has also the edges that pass through a body with both ends outside (docs/edges.md). With a
-budget (docs/budget.md) a note on stderr, and JSON, say what it left undone.)";
+Points and tets are numbered over all bodies, in the order of the scene; all numbers begin at 0. Values have all their digits. CSV
+lists the points that are inside a body. JSON also lists the edges that pass through a body with both ends outside (docs/edges.md).
+With a budget (docs/budget.md), a note on stderr and JSON report what was not done.)";
 
 constexpr std::array<std::string_view, 2> format_names{"csv", "json"};
 
@@ -145,16 +145,16 @@ int detect(const DetectOptions& options) {
 }  // namespace
 
 Subcommand add_detect(CLI::App& command) {
-  CLI::App* app = command.add_subcommand("detect", "contacts of a scene's start as CSV or JSON");
+  CLI::App* app = command.add_subcommand("detect", "contacts at the start of a scene, as CSV or JSON");
   app->footer(examples);
   auto options = std::make_shared<DetectOptions>();
   add_path(*app, "SCENE", options->scene.file, "scene file (.json), '-' for standard input");
   add_changes(*app, options->scene.changes);
-  add_value(*app, "--format", "csv|json", "form of the output; default: csv",
+  add_value(*app, "--format", "csv|json", "format of the output; default: csv",
             [options = options.get()](const std::string& flag, const std::string& text) {
               options->format = parse_choice(flag, text, format_names);
             });
-  add_value(*app, "--out", "FILE", "file to write, in place of stdout",
+  add_value(*app, "--out", "FILE", "file to write, instead of stdout",
             [options = options.get()](const std::string&, const std::string& text) { options->out = text; });
   add_threads(*app, options->threads);
   add_detection_options(*app, options->detection);

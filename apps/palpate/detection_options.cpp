@@ -48,12 +48,12 @@ void DetectionOptions::apply(DetectionSettings& settings) const {
 }
 
 void add_detection_options(CLI::App& app, DetectionOptions& options) {
-  add_choice(app, "--structure", "spatial structure, in place of the scene's", structure_names,
+  add_choice(app, "--structure", "spatial structure, instead of the scene's", structure_names,
              options.structure);
-  add_choice(app, "--order", "order of cells, in place of the scene's", order_names, options.order);
-  add_choice(app, "--sort", "how cells are sorted, in place of the scene's", sort_names, options.sort);
+  add_choice(app, "--order", "order of cells, instead of the scene's", order_names, options.order);
+  add_choice(app, "--sort", "how cells are sorted, instead of the scene's", sort_names, options.sort);
   add_value(app, "--cell-size", joined(cell_size_rule_names) + "|NUMBER",
-            "edge length of a cell, in place of the scene's",
+            "edge length of a cell, instead of the scene's",
             [&options](const std::string& flag, const std::string& text) {
               const auto name = std::find(cell_size_rule_names.begin(), cell_size_rule_names.end(), text);
               if (name != cell_size_rule_names.end()) {
@@ -67,7 +67,7 @@ void add_detection_options(CLI::App& app, DetectionOptions& options) {
               }
             });
   add_value(app, "--cells-per-primitive", "exact|1..27",
-            "slots of a primitive for the cells it covers: fewer are faster and may miss contacts",
+            "number of cells used for each primitive: fewer cells are faster and may miss contacts",
             [&options](const std::string& flag, const std::string& text) {
               if (text == "exact") {
                 options.cells_per_primitive.emplace(std::nullopt);

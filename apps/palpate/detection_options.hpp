@@ -17,7 +17,7 @@ struct DetectionOptions {
   std::optional<std::optional<int>> cells_per_primitive;
 
   void apply(
-      DetectionSettings& settings) const;  ///< throws BadInput where a flag and the budget exclude each other
+      DetectionSettings& settings) const;  ///< throws BadInput if a flag and the budget exclude each other
 };
 
 /// Adds `--structure`, `--order`, `--sort`, `--cell-size` and `--cells-per-primitive`.

@@ -10,7 +10,7 @@
 
 namespace palpate::app {
 
-/// The largest value of a field (of vectors: their length) over the frames of a run, and its place.
+/// The largest value of a field (of vectors: their length) over the frames of a run, and its position.
 struct FieldMaximum {
   std::string name;
   double value = 0.0;

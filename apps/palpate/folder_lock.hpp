@@ -8,7 +8,7 @@ namespace palpate::app {
 /// process ends, also by a crash.
 class FolderLock {
  public:
-  /// Creates the folder if it does not exist. Throws Error where another run holds the lock, or the folder
+  /// Creates the folder if it does not exist. Throws Error if another run holds the lock, or the folder
   /// cannot be written. On file systems without locks nothing is locked.
   explicit FolderLock(const std::filesystem::path& folder);
   /// Removes the lock file.

@@ -26,7 +26,7 @@ class FrameWriter {
   /// \param output  interval and fields
   /// \param so_far  frames of the run that is resumed; other frames in the folder are removed
   ///
-  /// Throws Error where the folder cannot be written; so does add().
+  /// Throws Error if the folder cannot be written; so does add().
   FrameWriter(const std::filesystem::path& folder, const OutputSettings& output, const Units& units,
               const FramesSoFar& so_far = {});
 

@@ -50,7 +50,7 @@ struct Output {
     std::error_code ignored;
     if (!named && fs::exists(default_name, ignored)) {
       throw BadInput(default_name.string(), "", "an existing file",
-                     "no file of this name; name it with --out to replace it");
+                     "a name that does not exist yet; --out FILE replaces an existing file");
     }
     fs::path result = named.value_or(default_name);
     if (result.extension() != default_name.extension()) {
@@ -147,7 +147,7 @@ Subcommand add_ball(CLI::App& generate) {
 }  // namespace
 
 std::vector<Subcommand> add_generate(CLI::App& command) {
-  CLI::App* generate = command.add_subcommand("generate", "write a scene or mesh to start from");
+  CLI::App* generate = command.add_subcommand("generate", "write an example scene or mesh");
   generate->footer(examples);
   generate->require_subcommand(1);
   std::vector<Subcommand> all = add_generate_anatomy(*generate);

@@ -35,7 +35,7 @@ fs::path folder_for(const std::string& name, const std::optional<fs::path>& name
   fs::path folder = named.value_or(name);
   if (!named && fs::exists(folder, ignored)) {
     throw BadInput(folder.string(), "", "an existing file or folder",
-                   "no folder of this name; name it with --out to replace its files");
+                   "a name that does not exist yet; --out FOLDER replaces files in an existing folder");
   }
   std::error_code failed;
   fs::create_directories(folder, failed);

@@ -23,7 +23,7 @@ class HtmlPage {
   void warning(std::string_view text);
   /// A table of rows of text; the first row is the header.
   void table(const std::vector<std::vector<std::string>>& rows);
-  /// A PNG embedded in the page, with a caption. Throws Error where it cannot be read.
+  /// A PNG embedded in the page, with a caption. Throws Error if it cannot be read.
   void picture(const std::filesystem::path& png, std::string_view caption);
   /// Preformatted text in a section that the reader can unfold.
   void folded(std::string_view title, std::string_view text);

@@ -202,7 +202,7 @@ int scene_info(const InfoOptions& options) {
 }  // namespace
 
 Subcommand add_info(CLI::App& command) {
-  CLI::App* app = command.add_subcommand("info", "statistics of a mesh or scene");
+  CLI::App* app = command.add_subcommand("info", "print statistics of a mesh or scene");
   app->footer(examples);
   auto options = std::make_shared<InfoOptions>();
   add_path(*app, "FILE", options->what.file, "mesh or scene; '-': a scene from standard input");

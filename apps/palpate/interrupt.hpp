@@ -2,9 +2,9 @@
 
 namespace palpate::app {
 
-/// While it lives, the first SIGINT, SIGTERM or SIGHUP (a terminal or ssh that goes away) sets a flag in
-/// place of ending the process. The next SIGINT or SIGTERM ends the process at once. After the first signal
-/// SIGHUP is ignored.
+/// While it lives, the first SIGINT, SIGTERM or SIGHUP (a terminal or ssh that goes away) sets a flag instead
+/// of ending the process. The next SIGINT or SIGTERM ends the process at once. After the first signal SIGHUP
+/// is ignored.
 ///
 /// A signal that was ignored from outside (nohup, a job in the background) stays ignored. One at a time.
 class InterruptFlag {

@@ -36,17 +36,17 @@ void add_fineness(CLI::App& app, Fineness& fineness) {
               fineness.tets_each = parse_number(flag, text, above(0.0));
             });
   add_repeated(app, "--size", "MM|ORGAN=MM",
-               "size of the triangles in place of a number of tets; A:B=MM: where two organs touch",
+               "size of the triangles instead of a number of tets; A:B=MM: where two organs touch",
                [&](const std::string& flag, const std::string& text) {
                  take_value(flag, text, fineness.size, fineness.sizes);
                });
   const auto read_cell_ratio = [&](const std::string& flag, const std::string& text) {
     fineness.cell_ratio = parse_number(flag, text, above(0.0));
   };
-  add_value(app, "--cell-ratio", "X", "size of the tets over that of the triangles; default: 0.9",
+  add_value(app, "--cell-ratio", "X", "size of the tets divided by the size of the triangles; default: 0.9",
             read_cell_ratio);
   add_value(app, "--cell-share", "X", "the name of --cell-ratio in 0.2", read_cell_ratio)->group("");
-  add_value(app, "--max-points", "N", "stop where a mesh has more points; default: 2000000",
+  add_value(app, "--max-points", "N", "stop if a mesh has more points; default: 2000000",
             [&](const std::string& flag, const std::string& text) {
               constexpr std::int64_t most = 100'000'000;
               fineness.max_points = static_cast<std::size_t>(parse_integer(flag, text, 1, most));
@@ -66,7 +66,7 @@ void add_shaping(CLI::App& app, Shaping& shaping) {
               shaping.gap = parse_number(flag, text, at_least(0.0));
             });
   add_value(app, "--close-holes", "MM",
-            "close holes of surfaces that are no larger across; default: 5 % of the diagonal",
+            "close holes of surfaces up to this diameter; default: 5 % of the diagonal",
             [&](const std::string& flag, const std::string& text) {
               shaping.close_holes = parse_number(flag, text, at_least(0.0));
             });
@@ -108,7 +108,7 @@ void add_conformity(CLI::App& app, Conformity& conformity) {
                "one mesh of all labels of a map, without gaps: organs that touch share triangles");
   add_repeated(
       app, "--relation", "KIND|A:B=KIND",
-      "what organs that touch do: grown (one body; the default), slides, or open (--gap apart)",
+      "relation of organs that touch: grown (one body; the default), slides, or open (--gap apart)",
       [&](const std::string& flag, const std::string& text) { take_relation(flag, text, conformity); });
   add_repeated(app, "--focus", "X,Y,Z,RADIUS=MM", "smaller triangles and tets in a ball, growing around it",
                [&](const std::string& flag, const std::string& text) {
@@ -139,14 +139,14 @@ void add_mesh_options(CLI::App& app, MeshOptions& options) {
       ->type_name("")
       ->required();
   add_value(app, "--out", "FOLDER",
-            "where meshes and scene.json go; default: INPUT-bodies, if that is not there yet",
+            "folder for meshes and scene.json; default: INPUT-bodies, if it does not exist yet",
             [&](const std::string&, const std::string& text) { options.out = text; });
   add_value(app, "--labels", "FILE", "names and colours: a color table of 3D Slicer, or labels of ITK-SNAP",
             [&](const std::string&, const std::string& text) { options.labels = text; });
   const auto keep = [](std::vector<std::string>& list) {
     return [&list](const std::string&, const std::string& text) { list.push_back(text); };
   };
-  add_repeated(app, "--only", "ORGAN", "mesh this organ (name or number), and others named so",
+  add_repeated(app, "--only", "ORGAN", "mesh only this organ (name or number); may be repeated",
                keep(options.only));
   add_repeated(app, "--rigid", "ORGAN", "an organ that does not move or deform in the scene: bone",
                keep(options.rigid));

@@ -22,7 +22,7 @@ struct Fineness {
   double size = 0.0;              ///< of surface triangles, mm; 0: chosen by the number of tets
   std::vector<Named> sizes;       ///< for organs with a size of their own
   double tets = 0.0;              ///< number of tets of all organs together that have no number of their own
-  double tets_each = 0.0;         ///< number of tets of each such organ, in place of `tets`
+  double tets_each = 0.0;         ///< number of tets of each such organ, instead of `tets`
   std::vector<Named> named_tets;  ///< for organs with a number of their own
   double cell_ratio = 0.9;        ///< size of tets relative to that of triangles
   double distance_ratio = 0.14;   ///< distance of triangles from the surface, relative to their size
@@ -78,7 +78,7 @@ struct MeshOptions {
   Fineness fineness;
   Shaping shaping;
   Conformity conformity;
-  bool ras = false;  ///< meshes in RAS in place of LPS
+  bool ras = false;  ///< meshes in RAS instead of LPS
   bool json = false;
   bool quiet = false;
 };

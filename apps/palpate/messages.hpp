@@ -17,7 +17,7 @@ void print_note(std::string_view message);
 /// Writes a line with the time of day to stderr, for logs.
 void say_progress(std::string_view message);
 
-/// Writes text to stdout and flushes. Throws Error where the system cannot write it (such as a full disk
+/// Writes text to stdout and flushes. Throws Error if the system cannot write it (such as a full disk
 /// behind '>').
 void print_out(std::string_view text);
 

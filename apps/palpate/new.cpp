@@ -25,8 +25,8 @@ constexpr const char* examples = R"(Examples:
   palpate new liver.vtu --unit mm --drop        it falls onto a floor, and then a plate presses it
   palpate new ball.msh --size 0.08 --out trial.json && palpate view trial.json
 
-Mesh files do not say what their numbers are in. Without --unit and --size the unit is guessed by the longest side, and
-asked for on a terminal. The scene is in m, kg and s, ready to be changed: docs/scene.md explains it.)";
+Mesh files have no unit. Without --unit and --size the unit is guessed from the longest side; on a terminal you are asked
+to confirm it. The scene is in m, kg and s. docs/scene.md explains its keys.)";
 
 struct NewOptions {
   NewSceneFlags mesh;
@@ -34,7 +34,7 @@ struct NewOptions {
   bool replace = false;
 };
 
-/// Throws BadInput where a scene is given in place of a mesh.
+/// Throws BadInput if a scene is given instead of a mesh.
 void refuse_scene(const fs::path& path) {
   std::error_code ignored;
   if (path.extension() != ".json" || !fs::exists(path, ignored)) return;
@@ -79,16 +79,16 @@ int write_new(const NewOptions& options) {
 void add_flags(CLI::App& app, NewOptions& options) {
   add_path(app, "MESH", options.mesh.request.mesh, "mesh of tets: .vtu .vtk .msh .node .ele .mesh");
   add_value(app, "--out", "SCENE",
-            "file to write; default: the name of the mesh, .json, in the current folder",
+            "file to write; default: NAME.json in the current folder, by the name of the mesh",
             [&options](const std::string&, const std::string& text) { options.out = text; });
   add_new_scene_flags(app, options.mesh);
-  app.add_flag("--replace", options.replace, "write over an existing scene");
+  app.add_flag("--replace", options.replace, "replace an existing scene");
 }
 
 }  // namespace
 
 Subcommand add_new(CLI::App& command) {
-  CLI::App* app = command.add_subcommand("new", "write a scene around a mesh, to start from");
+  CLI::App* app = command.add_subcommand("new", "write a scene that contains a mesh, as a first version");
   app->footer(examples);
   auto options = std::make_shared<NewOptions>();
   add_flags(*app, *options);

@@ -13,7 +13,7 @@ struct NewSceneRequest {
   std::filesystem::path mesh;
   std::filesystem::path folder{};   ///< of the scene; the path of the mesh is relative to it
   std::optional<MeshUnit> unit{};   ///< none: guessed
-  std::optional<double> longest{};  ///< wanted length of the longest side, m, in place of a unit
+  std::optional<double> longest{};  ///< wanted length of the longest side, m, instead of a unit
   bool drop = false;
 };
 

@@ -54,18 +54,18 @@ std::optional<std::string> read_line() {
 
 void add_new_scene_flags(CLI::App& app, NewSceneFlags& flags) {
   CLI::Option* const unit = add_value(app, "--unit", "m|cm|mm|um",
-                                      "what the numbers of the mesh are in; default: guessed by its size",
+                                      "unit of the coordinates of the mesh; default: guessed from its size",
                                       [&flags](const std::string& flag, const std::string& text) {
                                         flags.request.unit = parse_mesh_unit(flag, text);
                                       });
-  add_value(app, "--size", "METRES", "length of its longest side, in place of a unit",
+  add_value(app, "--size", "METRES", "length of the longest side of the mesh, instead of a unit",
             [&flags](const std::string& flag, const std::string& text) {
               flags.request.longest = parse_number(flag, text, scene_format::above(0.0));
             })
       ->excludes(unit);
   app.add_flag("--drop", flags.request.drop,
-               "let it fall onto a floor, in place of holding its lowest tenth");
-  app.add_flag("--yes", flags.yes, "use the guess, do not ask");
+               "let the body fall onto a floor, instead of fixing its lowest tenth");
+  app.add_flag("--yes", flags.yes, "use the guessed unit without asking");
 }
 
 void refuse_new_scene_flags(const NewSceneFlags& flags, const std::string& found) {

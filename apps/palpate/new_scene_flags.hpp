@@ -9,14 +9,14 @@ namespace palpate::app {
 
 struct NewSceneFlags {
   NewSceneRequest request;
-  bool yes = false;  ///< use the guess, do not ask
+  bool yes = false;  ///< use the guessed unit without asking
 };
 
 /// Adds --unit, --size, --drop and --yes.
 void add_new_scene_flags(CLI::App& app, NewSceneFlags& flags);
 
 /// Throws BadInput naming the first of these flags, if one was given.
-/// \param found  what was given in place of a mesh
+/// \param found  what was given instead of a mesh
 void refuse_new_scene_flags(const NewSceneFlags& flags, const std::string& found);
 
 /// The first scene of a mesh. Asks for the unit where no flag gives it and a user can answer: stdin

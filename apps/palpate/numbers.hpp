@@ -38,7 +38,7 @@ std::string shell_word(std::string_view text);
 /// A command for the user to copy, in quotes that it does not contain: 'palpate view liver.json', or "palpate
 /// view 'my liver.json'".
 std::string quoted_command(std::string_view command);
-/// The same for "palpate" with these words and a file.
+/// The command line of "palpate" with these words and a file.
 std::string quoted_command(std::string_view words, std::string_view file);
 
 nlohmann::ordered_json to_json(const Vec3& v);

@@ -90,13 +90,14 @@ CLI::Option* add_repeated(CLI::App& app, const std::string& flag, const std::str
 
 CLI::Option* add_changes(CLI::App& app, std::vector<std::string>& changes) {
   return add_repeated(app, "--set", "KEY=VALUE",
-                      "a value in place of the scene's, as contact.friction=0.3 or "
-                      "bodies.liver.material.density=1060; repeat for more",
+                      "sets a value of the scene, such as contact.friction=0.3 or "
+                      "bodies.liver.material.density=1060; may be repeated",
                       [&changes](const std::string&, const std::string& text) { changes.push_back(text); });
 }
 
 void add_threads(CLI::App& app, int& threads) {
-  add_value(app, "--threads", "N", "threads; 0, the default, takes all. Results do not depend on it",
+  add_value(app, "--threads", "N",
+            "number of threads; 0, the default: all of the machine. Results do not depend on it",
             [&threads](const std::string& flag, const std::string& text) {
               constexpr int most = 1024;
               threads = static_cast<int>(parse_integer(flag, text, 0, most));

@@ -10,8 +10,8 @@
 
 namespace palpate::app {
 
-/// Prints the progress of a run on stderr: on a terminal one line that is rewritten in place, else a line
-/// every few seconds and one at the end.
+/// Prints the progress of a run on stderr: on a terminal one line that is rewritten in place, otherwise a
+/// line every few seconds and one at the end.
 class Progress {
  public:
   /// \param first_step  the step at which the run begins

@@ -43,13 +43,13 @@ constexpr const char* examples = R"(Examples:
   palpate run scene.json --set contact.friction=0.3 --set bodies.liver.material.young_modulus=5e3
   jq '.duration = 2' scene.json | palpate run -     a scene from standard input
   palpate run scene.json --checkpoint-every 100     lose no more than 100 steps, whatever happens
-  palpate run --resume results/scene                go on where that run ended
+  palpate run --resume results/scene                resume that run where it ended
   palpate run variant.json --from-stage rest --from results/plan    a variant of the stages behind 'rest'
 
-Writes frames.pvd with frames/*.vtu (for ParaView), metrics.csv and forces.csv (a row for each step), run.json and picture.png,
-outcomes.json where the scene has outcomes or stages, and with --report a page report.html; what
-an earlier run left there is replaced, but for checkpoints of a run that did not get to its end (see --replace). Ctrl-C ends after
-the current step, keeps what is done and writes a checkpoint; --resume goes on from the last one.)";
+Writes frames.pvd with frames/*.vtu (for ParaView), metrics.csv and forces.csv (a row for each step), run.json and picture.png;
+outcomes.json if the scene has outcomes or stages; report.html with --report. Results of an earlier run in the folder are
+replaced, except checkpoints of a run that did not reach its end (see --replace). Ctrl-C ends the run after the current step,
+keeps its results and writes a checkpoint; --resume continues from the last checkpoint.)";
 
 /// Removes files of an earlier run, which could be mistaken for results of this one.
 void remove_old_results(const fs::path& folder, const Scene& scene, bool stages) {
@@ -94,8 +94,8 @@ ForcesFile open_forces(const Begin& begin, const ForceProbe& probe) {
   return {path, probe, begin.input.scene.units};
 }
 
-/// The places where the results of a run are written. The CSV files are opened first: if they cannot be
-/// continued, nothing has been changed yet.
+/// The files and folders where the results of a run are written. The CSV files are opened first: if they
+/// cannot be continued, nothing has been changed yet.
 struct Outputs {
   Outputs(const Begin& begin, const ForceProbe& probe, const OutcomeProbe& outcomes)
       : lock(begin.folder),
@@ -135,7 +135,7 @@ void say_where_it_begins(const Begin& begin, std::int64_t step) {
     print_note(fmt::format("{}: from step {}, the end of stage '{}'", begin.folder.string(), step,
                            *begin.from_stage));
   } else {
-    print_note(fmt::format("{}: going on from step {}", begin.folder.string(), step));
+    print_note(fmt::format("{}: resumes from step {}", begin.folder.string(), step));
   }
 }
 
@@ -244,20 +244,20 @@ void add_flags(CLI::App& app, RunOptions& options) {
   add_path(app, "SCENE", options.scene.file, "scene file (.json), '-' for standard input; none with --resume")
       ->required(false);
   add_changes(app, options.scene.changes);
-  add_value(app, "--steps", "N", "end after N steps, in place of the scene's duration",
+  add_value(app, "--steps", "N", "end after N steps, instead of the scene's duration",
             [&options](const std::string& flag, const std::string& text) {
               options.steps = parse_integer(flag, text, 0, any_count);
             });
   app.add_flag("--until-rest", options.until_rest,
-               "end once nothing moves; at the latest after --steps or the duration");
-  add_value(app, "--out", "DIR", "folder of the results; default: results/NAME of the scene",
+               "end when all bodies are at rest; at the latest after --steps or the duration");
+  add_value(app, "--out", "DIR", "folder of the results; default: results/NAME, by the name of the scene",
             [&options](const std::string&, const std::string& text) { options.out = text; });
-  add_value(app, "--every", "N", "steps from one frame to the next, in place of the scene's",
+  add_value(app, "--every", "N", "steps from one frame to the next, instead of the scene's",
             [&options](const std::string& flag, const std::string& text) {
               options.every = static_cast<int>(parse_integer(flag, text, 1, std::numeric_limits<int>::max()));
             });
   app.add_flag("--replace", options.replace,
-               "start a new run where an incomplete one left checkpoints, which are lost");
+               "start a new run although the folder has checkpoints of an incomplete run, which are deleted");
   CLI::Option* const from_stage =
       add_value(app, "--from-stage", "NAME",
                 "begin at the end of this stage, which an earlier run has saved (docs/stages.md)",
@@ -268,19 +268,19 @@ void add_flags(CLI::App& app, RunOptions& options) {
       ->needs(from_stage);
   app.add_flag("--report", options.report, "write report.html: a page about the run");
   app.add_flag("--strict", options.strict,
-               "exit with 1 where a step did not converge or a stage ended by its time; results are written "
-               "all the same");
-  app.add_flag("--no-picture", options.no_picture, "take no picture");
+               "exit with 1 if a step did not converge or a stage ended by its time; results are written "
+               "anyway");
+  app.add_flag("--no-picture", options.no_picture, "write no picture");
   add_value(app, "--checkpoint-every", "N", "steps from one checkpoint to the next; the last two are kept",
             [&options](const std::string& flag, const std::string& text) {
               options.checkpoint_every = parse_integer(flag, text, 1, any_count);
             });
   add_threads(app, options.threads);
   add_detection_options(app, options.detection);
-  add_json(app, options.json, "print run.json in place of the summary");
+  add_json(app, options.json, "print run.json instead of the summary");
   app.add_flag("--quiet", options.quiet, "no progress and no summary");
   CLI::Option* const resume = add_value(
-      app, "--resume", "DIR", "go on from the last checkpoint in these results, with its scene and flags",
+      app, "--resume", "DIR", "resume from the last checkpoint in these results, with its scene and flags",
       [&options](const std::string&, const std::string& text) { options.resume = text; });
   // A resumed run keeps the settings that it began with.
   for (const char* other :

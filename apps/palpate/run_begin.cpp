@@ -155,7 +155,7 @@ Begin begin_from_stage(const RunOptions& options) {
 Begin begin_again(const RunOptions& options) {
   FoundCheckpoint found = find_checkpoint(*options.resume);
   for (const std::string& damage : found.damaged)
-    print_note(fmt::format("{}; going on from {}", damage, found.path.filename().string()));
+    print_note(fmt::format("{}; resumes from {}", damage, found.path.filename().string()));
   RunPlan plan = found.checkpoint.plan;
   plan.most_steps = options.steps.value_or(plan.most_steps);
   const std::int64_t done = found.checkpoint.outcome.steps;

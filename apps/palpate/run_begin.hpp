@@ -43,10 +43,10 @@ struct Begin {
 };
 
 /// The run that the flags ask for: a new one, a resumed one, or one that begins at the end of a stage. Throws
-/// BadInput in one line where that is impossible.
+/// BadInput in one line if that is impossible.
 Begin begin_run(const RunOptions& options);
 
-/// Throws BadInput where the folder has checkpoints of a run that was killed, interrupted or failed, and the
+/// Throws BadInput if the folder has checkpoints of a run that was killed, interrupted or failed, and the
 /// run was not asked to replace them: the user may not know that they would be lost.
 void check_replaceable(const Begin& begin);
 

@@ -108,7 +108,7 @@ struct RunOutputs {
 
 /// Makes steps until all stages are complete, or until `most_steps`, rest (if asked for), an interrupt, or a
 /// failure of the simulation. Writes a row for each step, the frames and checkpoints that are due, always the
-/// first and the last state, and a checkpoint at an interrupt. Throws Error where they cannot be written.
+/// first and the last state, and a checkpoint at an interrupt. Throws Error if they cannot be written.
 /// \param before  outcome of the run that is resumed; empty for a new run
 RunOutcome run_loop(Simulation& simulation, std::int64_t most_steps, bool until_rest,
                     const InterruptFlag& interrupt, const RunOutputs& outputs,

@@ -25,7 +25,7 @@ struct RunImages {
 /// Files of the pictures of a scene: picture.png and the views, in the scene's order.
 std::vector<std::filesystem::path> picture_paths(const std::filesystem::path& folder, const Scene& scene);
 
-/// Draws all pictures, with a message meanwhile unless `quiet`. Throws Error where one cannot be drawn or
+/// Draws all pictures, with a message meanwhile unless `quiet`. Throws Error if one cannot be drawn or
 /// written.
 void render_pictures(const RunImages& run, bool quiet);
 
@@ -41,7 +41,7 @@ class StagePictures {
         start_(start),
         material_of_tet_(material_of_tet),
         threads_(threads) {}
-  /// Draws the pictures of a stage. Throws Error where one cannot be drawn or written.
+  /// Draws the pictures of a stage. Throws Error if one cannot be drawn or written.
   void take(const std::string& stage, const RunOutcome& outcome) const;
 
  private:

@@ -42,7 +42,7 @@ struct RunReport {
 
 /// Names of the bodies with clusters that the budget left out in the last step.
 std::vector<std::string> late_body_names(const Bodies& bodies, const Detector& detector);
-/// The same as a text such as "liver, spleen"; empty if there are none.
+/// The names of the late bodies as a text such as "liver, spleen"; empty if there are none.
 std::string late_bodies_text(const Bodies& bodies, const Detector& detector);
 
 /// The content of run.json.
@@ -70,7 +70,7 @@ std::string pictures_text(std::span<const std::filesystem::path> pictures);
 std::string resume_hint(const std::filesystem::path& folder);
 
 /// The exit code of a run. It differs for a run that has results but did not reach its end. Throws
-/// std::runtime_error where the simulation failed, and with `strict` where steps did not converge.
+/// std::runtime_error if the simulation failed, and with `strict` if steps did not converge.
 int exit_code(const RunReport& report, bool strict);
 
 }  // namespace palpate::app

@@ -43,13 +43,13 @@ struct SceneChoice {
   std::vector<std::string> changes;  ///< changes by --set, each "KEY=VALUE"
 };
 
-/// Whether `path` is a scene (.json or "-") and not a mesh, by its extension. Throws BadInput where it is
+/// Whether `path` is a scene (.json or "-") and not a mesh, by its extension. Throws BadInput if it is
 /// neither.
 bool is_scene(const std::filesystem::path& path);
 /// Whether the path has the extension of a tet mesh.
 bool is_mesh(const std::filesystem::path& path);
 
-/// Throws BadInput, with `expected` in its message, where the file does not exist, or neither has the
+/// Throws BadInput, with `expected` in its message, if the file does not exist, or neither has the
 /// extension .json nor begins like a scene. Accepts standard input, pipes, and files that other messages
 /// refuse: meshes, surfaces, label maps.
 void refuse_what_is_no_scene(const std::filesystem::path& path, const std::string& expected);
@@ -60,7 +60,7 @@ SceneInput read_scene_input(const SceneChoice& choice);
 /// Loads the meshes of a scene that was already read.
 SceneInput load_scene_input(Scene scene);
 
-/// Makes the simulation of a scene; the model is moved into it. Throws BadInput where a setting is refused.
+/// Makes the simulation of a scene; the model is moved into it. Throws BadInput if a setting is refused.
 Simulation make_simulation(const Scene& scene, Model model, int threads);
 
 }  // namespace palpate::app

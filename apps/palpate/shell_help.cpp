@@ -63,7 +63,7 @@ int write_manual(const CLI::App& command, const ManualOptions& options) {
 }  // namespace
 
 Subcommand add_completion(CLI::App& command) {
-  CLI::App* app = command.add_subcommand("completion", "the script by which a shell completes this command");
+  CLI::App* app = command.add_subcommand("completion", "print the completion script of a shell");
   app->footer(completion_examples);
   constexpr static std::array<std::string_view, 3> shells{"bash", "zsh", "fish"};
   auto shell = std::make_shared<std::size_t>(0);
@@ -80,11 +80,11 @@ Subcommand add_completion(CLI::App& command) {
 }
 
 Subcommand add_manual(CLI::App& command) {
-  CLI::App* app = command.add_subcommand("manual", "the manual pages, for man(1)");
+  CLI::App* app = command.add_subcommand("manual", "print the manual pages, for man(1)");
   app->footer(manual_examples);
   auto options = std::make_shared<ManualOptions>();
   app->add_option("SUBCOMMAND", options->subcommand, "subcommand of the page; default: the whole command");
-  add_value(*app, "--out", "DIR", "folder to write all pages to, in place of printing one",
+  add_value(*app, "--out", "DIR", "folder to write all pages to, instead of printing one",
             [options](const std::string&, const std::string& text) { options->out = text; });
   return {app, [&command, options] { return write_manual(command, *options); }};
 }

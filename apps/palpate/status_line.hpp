@@ -7,7 +7,7 @@
 
 namespace palpate::app {
 
-/// Prints progress on stderr: on a terminal one line that is rewritten in place, else a line every few
+/// Prints progress on stderr: on a terminal one line that is rewritten in place, otherwise a line every few
 /// seconds.
 class StatusLine {
  public:

@@ -7,7 +7,7 @@
 /// Parsing of arguments and handling of errors, for the command and its helpers.
 namespace palpate::app {
 
-/// Throws BadInput where a required subcommand is missing or unknown.
+/// Throws BadInput if a required subcommand is missing or unknown.
 void check_subcommands(CLI::App& app, std::span<const char* const> words);
 
 /// Parses the arguments. Returns true where help or the version was asked for; it is then on stdout. Throws

@@ -33,13 +33,13 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* examples = R"(Examples:
-  palpate view scenes/stacking.json              run a scene and look at it in the browser
-  palpate view liver.vtu                         a mesh: it is held, and an instrument presses it
-  palpate view liver.vtu --unit mm --drop        it is in mm, and falls onto a floor
-  palpate view results/stacking                  look at what a run left
+  palpate view scenes/stacking.json              run a scene and show it in the browser
+  palpate view liver.vtu                         a mesh: fixed at its base, pressed by an instrument
+  palpate view liver.vtu --unit mm --drop        a mesh in mm: it falls onto a floor
+  palpate view results/stacking                  show the results of a run
   palpate view scene.json --port 8080 --no-browser --speed max
 
-The page is served on this machine alone, at an address that holds a random token; Ctrl-C ends it. On a remote
+The page is served on this machine only, at an address with a random token. Ctrl-C ends the server. For a remote
 machine: ssh -L 8080:127.0.0.1:8080 HOST, then palpate view scene.json --port 8080 there.
 PALPATE_VIEW_TOKEN sets the token, so that open pages find the server again after a restart.)";
 
@@ -136,28 +136,28 @@ void add_flags(CLI::App& app, ViewOptions& options) {
            "scene file (.json, or '-' for standard input), a mesh of tets, or the folder of a run");
   add_changes(app, options.what.changes);
   add_new_scene_flags(app, options.mesh);
-  add_value(app, "--port", "N", "port to serve at; default: any that is free",
+  add_value(app, "--port", "N", "port of the server; default: any free port",
             [&options](const std::string& flag, const std::string& text) {
               options.server.port = static_cast<std::uint16_t>(parse_integer(flag, text, 1, 65535));
             });
   add_value(
       app, "--host", "ADDRESS",
-      "address to serve at; default 127.0.0.1: this machine alone. 0.0.0.0: every machine that reaches it",
+      "address of the server; default 127.0.0.1: this machine only. 0.0.0.0: all machines that can reach it",
       [&options](const std::string& flag, const std::string& text) {
         if (!view::is_address(text)) throw BadInput(flag, "", "'" + text + "'", "an IP address");
         options.server.host = text;
       });
   add_value(
-      app, "--name", "HOST", "a further name or address that the page may be opened by (with --host)",
+      app, "--name", "HOST", "a further name or address for opening the page (with --host)",
       [&options](const std::string&, const std::string& text) { options.server.names.push_back(text); });
-  add_value(app, "--speed", "X|max", "simulated time per time, at most; default 1",
+  add_value(app, "--speed", "X|max", "largest ratio of simulated time to wall time; default 1",
             [&options](const std::string& flag, const std::string& text) {
               options.player.speed.reset();
               if (text != "max") options.player.speed = parse_speed(flag, text);
             });
   app.add_flag_callback(
-      "--paused", [&options] { options.player.playing = false; }, "wait for 'play'");
-  app.add_flag("--alone", options.player.alone, "run on while no page is open");
+      "--paused", [&options] { options.player.playing = false; }, "start paused");
+  app.add_flag("--alone", options.player.alone, "run also while no page is open");
   app.add_flag("--no-browser", options.no_browser, "only print the address");
   add_threads(app, options.threads);
   add_json(app, options.json, "print the address as JSON");
@@ -166,7 +166,8 @@ void add_flags(CLI::App& app, ViewOptions& options) {
 }  // namespace
 
 Subcommand add_view(CLI::App& command) {
-  CLI::App* app = command.add_subcommand("view", "look at a scene, and touch it, in the browser");
+  CLI::App* app =
+      command.add_subcommand("view", "show a scene in the browser, where its bodies can be pulled");
   app->footer(examples);
   auto options = std::make_shared<ViewOptions>();
   add_flags(*app, *options);

@@ -28,7 +28,7 @@ Box box_of(const Surface& surface) {
   return box;
 }
 
-/// The diagonal of the box, mm. Throws Error where it is 0 or its square overflows.
+/// The diagonal of the box, mm. Throws Error if it is 0 or its square overflows.
 double diagonal_of(const Box& box, double millimeters, const std::string& source) {
   constexpr double least = 1e-100;
   constexpr double most = 1e100;

@@ -27,7 +27,7 @@ struct MeshingProgress {
 
 /// Meshes the tissues of a map without gaps between them, to a size or a number of tets (a search over the
 /// size, at most six meshings), repairs slivers, cuts the mesh into bodies and compares it with the map. The
-/// same input gives the same mesh. Throws Error where no mesh can be made or relations contradict each other.
+/// same input gives the same mesh. Throws Error if no mesh can be made or relations contradict each other.
 /// Half a minute for 50 000 tets.
 ConformingMesh mesh_conforming(const NamedMap& map, const TissuePlan& plan, const MeshOptions& options,
                                const MeshingProgress& progress);

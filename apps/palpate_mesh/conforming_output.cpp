@@ -43,7 +43,7 @@ const std::string& body_name(const TissueBody& body, const NamedMap& map) {
   return map.labels[static_cast<std::size_t>(main_tissue(body, map) - 1)].name.name;
 }
 
-/// The name and material of a body are those of its largest tissue; its other tissues become regions.
+/// A body has the name and material of its largest tissue; its other tissues become regions.
 std::vector<Region> regions_of(const TissueBody& body, const NamedMap& map) {
   std::vector<Region> regions;
   for (const int tissue : body.tissues) {

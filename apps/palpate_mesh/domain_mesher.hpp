@@ -17,17 +17,17 @@ struct InterfaceSeed {
   std::array<int, 2> labels{0, 1};  ///< ascending
 };
 
-/// A region of space to mesh, with a label at each place. All lengths have the same unit.
+/// A region of space to mesh, with a label at each position. All lengths have the same unit.
 struct LabelledDomain {
   std::function<int(const Vec3&)> label;  ///< 0 outside. May throw; the mesher passes the exception on
-  Vec3 lower;                             ///< corner of a box around all places with a label
+  Vec3 lower;                             ///< corner of a box around all positions with a label
   Vec3 upper;
   /// Points from which the refinement of interfaces starts: some for each component, and behind each thin
   /// neck.
   std::vector<InterfaceSeed> seeds;
 };
 
-/// A length as a function of the place.
+/// A length as a function of position.
 using SizeField = std::function<double(const Vec3&)>;
 
 /// The resolution of a mesh.

@@ -59,7 +59,7 @@ struct LabelExtent {
 ///
 /// World coordinates are LPS in mm (x to the left, y to the back, z to the head), what DICOM and ITK use;
 /// files in RAS (NIfTI, NRRD that says so) are converted. A NRRD without `space` is taken as it is. Throws
-/// Error naming the file where it is missing, damaged, of another kind, not three-dimensional, or holds no
+/// Error naming the file if it is missing, damaged, of another kind, not three-dimensional, or holds no
 /// whole numbers >= 0 (a CT itself).
 LabelMap read_label_map(const std::filesystem::path& path);
 

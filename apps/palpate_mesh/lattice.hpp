@@ -23,7 +23,7 @@ struct Lattice {
   [[nodiscard]] Vec3 place(int i, int j, int k) const {
     return {origin.x + spacing.x * i, origin.y + spacing.y * j, origin.z + spacing.z * k};
   }
-  /// The value at a place; outside of the lattice, the value at the nearest place in it.
+  /// The value at a position; outside the lattice, the value at the nearest position in it.
   [[nodiscard]] double operator()(const Vec3& p) const;
 };
 

@@ -35,7 +35,7 @@ fs::path output_folder(const MeshOptions& options) {
   std::error_code ignored;
   if (fs::exists(folder, ignored)) {
     throw BadInput(folder.string(), "", "an existing folder",
-                   "no folder of this name; name it with --out to replace its files");
+                   "a name that does not exist yet; --out FOLDER replaces files in an existing folder");
   }
   return folder;
 }

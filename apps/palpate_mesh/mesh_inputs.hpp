@@ -6,7 +6,7 @@
 
 namespace palpate::app {
 
-/// Throws BadInput where the flags do not fit each other.
+/// Throws BadInput if the flags do not fit each other.
 void check_mesh_options(const MeshOptions& options);
 
 /// The name of the input: the file name of the first without folder and extensions (".seg.nrrd", ".nii.gz").

@@ -52,7 +52,7 @@ class Mesher {
       meshed_[o].shape_volume = positive_volume(organs[o].field);
   }
 
-  /// Meshes an organ at one size. Throws Error where that needs more points than the user allows.
+  /// Meshes an organ at one size. Throws Error if that needs more points than the user allows.
   void mesh(std::size_t organ, double size) {
     if (!mesh(organ, size, fineness_->max_points)) fail_points(fineness_->max_points);
   }

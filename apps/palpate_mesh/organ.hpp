@@ -51,7 +51,7 @@ struct SurfaceShape {
 };
 
 /// The smooth shape of a closed surface mesh: its signed distance at the points of a lattice with 150 steps
-/// along the diagonal of its box, less half the gap. Throws Error naming the file where it is missing or
+/// along the diagonal of its box, less half the gap. Throws Error naming the file if it is missing or
 /// damaged, empty, or not closed (see closed_surface()).
 SurfaceShape surface_field(const std::filesystem::path& path, const Shaping& shaping);
 

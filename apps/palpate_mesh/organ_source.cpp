@@ -22,7 +22,7 @@ std::string expected_organ(const std::string& word, const std::vector<std::strin
   return expected_name(word, std::vector<std::string_view>(names.begin(), names.end()));
 }
 
-/// Throws BadInput where a flag names an organ that does not exist.
+/// Throws BadInput if a flag names an organ that does not exist.
 void check_names(const std::string& flag, const std::vector<std::string>& wanted,
                  const std::vector<std::string>& names) {
   for (const std::string& word : wanted) {

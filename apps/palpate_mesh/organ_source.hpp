@@ -21,8 +21,8 @@ struct NamedMap {
   std::vector<std::string> warnings;
 };
 
-/// Reads a label map; numbers of labels in the flags become their names. Throws Error where the file is
-/// refused, and BadInput where a flag names an organ that is not there.
+/// Reads a label map; numbers of labels in the flags become their names. Throws Error if the file is
+/// refused, and BadInput if a flag names an organ that is not there.
 NamedMap read_named_map(MeshOptions& options);
 
 /// Converts a frame in LPS to RAS where `ras` is true.
@@ -35,7 +35,7 @@ struct OrganList {
 };
 
 /// Reads the input and shapes its organs; numbers of labels in the flags become their names. Throws Error
-/// where a file is refused, and BadInput where a flag names an organ that is not there.
+/// if a file is refused, and BadInput if a flag names an organ that is not there.
 OrganList read_organs(MeshOptions& options);
 
 }  // namespace palpate::app

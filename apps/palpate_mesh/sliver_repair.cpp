@@ -115,7 +115,7 @@ class Repairer {
     return best < before;
   }
 
-  /// Moves a point to the best of 26 places around it, if that is better.
+  /// Moves a point to the best of 26 positions around it, if that is better.
   bool try_steps(std::size_t point, double step, double& best) {
     Vec3& place = mesh_->mesh.points[point];
     const Vec3 here = place;

@@ -12,7 +12,7 @@ namespace palpate::app {
 /// An indexed triangle mesh.
 struct Surface {
   std::vector<Vec3> points;         ///< those of the file in its order; not all are used
-  std::vector<Triangle> triangles;  ///< in the order of the file; of points at one place the first
+  std::vector<Triangle> triangles;  ///< in the order of the file; of points at one position the first
 };
 
 /// The polygons of a file as triangles. Points with the same coordinates are merged, and triangles without
@@ -20,7 +20,7 @@ struct Surface {
 /// both removed (such as the wall between two boxes), unless nothing would be left. O(n log n).
 Surface surface_of(PolygonFile file);
 
-/// A place as text for messages: "(1.5, -2, 30)".
+/// A position as text for messages: "(1.5, -2, 30)".
 std::string place_text(const Vec3& p);
 
 }  // namespace palpate::app

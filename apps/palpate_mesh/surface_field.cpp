@@ -150,7 +150,7 @@ void add_bar(const std::array<Vec3, 2>& line, Lattice& field) {
   });
 }
 
-/// Volume and area of the surface; where the triangles do not all face the same side, the volume is that of
+/// Volume and area of the surface; if the triangles do not all face the same side, the volume belongs to
 /// the box.
 std::array<double, 2> volume_and_area(vtkPolyData* surface, bool one_sided) {
   vtkNew<vtkMassProperties> mass;

@@ -21,7 +21,7 @@ inline constexpr std::string_view surface_extensions = ".stl .obj .ply .off .vtk
 /// Whether a file has the extension of a surface. A .vtk file may hold tets as well.
 bool is_surface(const std::filesystem::path& path);
 
-/// Reads the polygons of such a file. Throws Error where the format is another one or the file is damaged.
+/// Reads the polygons of such a file. Throws Error if the format is another one or the file is damaged.
 /// O(file size). The readers are our own, since those of VTK 9.1 end the process on damaged files of each of
 /// these formats.
 PolygonFile read_surface_file(const std::filesystem::path& path);

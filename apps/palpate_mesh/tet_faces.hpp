@@ -16,7 +16,7 @@ struct InterfaceFace {
   std::array<int, 2> labels{};    ///< ascending, 0: the outside
 };
 
-/// All faces whose sides have different labels, in the order of their points. Throws Error where a face has
+/// All faces whose sides have different labels, in the order of their points. Throws Error if a face has
 /// more than two tets. O(n log n).
 std::vector<InterfaceFace> interface_faces(const LabelledMesh& mesh);
 

@@ -37,7 +37,7 @@ struct TissueBody {
 using TissuePairs = std::set<std::array<int, 2>>;
 
 /// Throws Error if tissues that slide or are open belong to one body because of relations with others.
-/// `rigid` and `names` are those of tissue t at t - 1. O(pairs x tissues).
+/// `rigid[t - 1]` and `names[t - 1]` belong to tissue t. O(pairs x tissues).
 void check_relations(const TissuePairs& pairs, const Relations& relations, const std::vector<bool>& rigid,
                      const std::vector<std::string>& names);
 

@@ -97,7 +97,7 @@ TissuePairs touching(const NamedMap& map) {
   return pairs;
 }
 
-/// The sizes of the components of each label, by its place among those of the map.
+/// The sizes of the components of each label, by its index among the labels of the map.
 std::vector<std::vector<std::size_t>> parts_of(const NamedMap& map) {
   const std::vector<std::uint16_t> labels = tissues_of_voxels(map);
   const Components components = components_of(map.map.size, labels);

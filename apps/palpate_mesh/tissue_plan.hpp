@@ -18,7 +18,7 @@ struct TissuePlan {
   TissueSizes sizes;  ///< sizes without the general size
 };
 
-/// Throws BadInput where a flag names a tissue that does not exist.
+/// Throws BadInput if a flag names a tissue that does not exist.
 TissuePlan plan_of(const MeshOptions& options, const NamedMap& map);
 
 /// Throws Error if the relations of tissues whose voxels touch contradict each other, so that the user learns

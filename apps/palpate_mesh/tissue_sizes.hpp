@@ -27,14 +27,14 @@ struct TissueSizes {
   std::vector<Interface> interfaces{};  ///< interfaces with a size of their own
   std::vector<Focus> focuses{};
   double of_thickness = 1.0;  ///< largest size relative to the thickness of the tissue
-  double growth = 0.3;        ///< growth of the size with the distance from places where it must be smaller
+  double growth = 0.3;  ///< growth of the size with the distance from positions where it must be smaller
 };
 
 /// Thickness of the tissue at each voxel, mm: the shortest run of voxels of the same tissue along the 13
 /// directions to its neighbours; infinite where no run ends. O(voxels x thickness).
 std::vector<float> thickness_of(const Tissues& tissues, double most);
 
-/// The size at the voxel centres. No size is larger than that of another place plus `growth` times the
+/// The size at the voxel centres. No size is larger than that of another position plus `growth` times the
 /// distance to it. O(voxels).
 Lattice size_field(const Tissues& tissues, const TissueSizes& sizes, std::span<const float> thickness);
 

@@ -124,9 +124,9 @@ void Tissues::find_winners() {
   });
 }
 
-/// Takes eight samples in each cell of several tissues, one in each octant. Their places differ from cell to
-/// cell (Roberts 2018, additive recurrence of the plastic number), because a regular lattice of samples would
-/// miss flat layers between its planes.
+/// Takes eight samples in each cell of several tissues, one in each octant. Their positions differ from cell
+/// to cell (Roberts 2018, additive recurrence of the plastic number), because a regular lattice of samples
+/// would miss flat layers between its planes.
 std::vector<double> Tissues::volumes() const {
   constexpr Vec3 steps{0.8191725133961645, 0.6710436067037893, 0.5497004779019703};
   std::vector<double> volumes(fields_.size() + 1);
@@ -152,7 +152,7 @@ std::vector<double> Tissues::volumes() const {
   return volumes;
 }
 
-std::vector<double> Tissues::areas() const {
+std::vector<double> Tissues::surface_areas() const {
   std::vector<double> areas(fields_.size() + 1);
   const std::array<double, 3> face{spacing_.y * spacing_.z, spacing_.x * spacing_.z, spacing_.x * spacing_.y};
   for_points({size_[0] + 1, size_[1] + 1, size_[2] + 1}, [&](int i, int j, int k) {
@@ -172,7 +172,7 @@ std::vector<double> Tissues::areas() const {
 void Tissues::keep_volumes(const std::vector<LabelExtent>& extents, double width) {
   constexpr int rounds = 6;
   constexpr double most = 0.3;
-  const std::vector<double> areas = this->areas();
+  const std::vector<double> areas = surface_areas();
   const double voxel = spacing_.x * spacing_.y * spacing_.z;
   for (int round = 0; round < rounds; ++round) {
     const std::vector<double> volumes = this->volumes();

@@ -13,8 +13,8 @@
 
 namespace palpate::app {
 
-/// The tissues of a label map as smooth shapes without gaps between them. At each place the tissue with the
-/// largest value wins: its blurred mask plus an offset that keeps its volume. In the axes of the map, mm.
+/// The tissues of a label map as smooth shapes without gaps between them. At each position the tissue with
+/// the largest value wins: its blurred mask plus an offset that keeps its volume. In the axes of the map, mm.
 class Tissues {
  public:
   /// Reads the labels in `extents`, in that order: tissue t + 1 is extents[t], 0 is all the rest. O(voxels x
@@ -25,7 +25,7 @@ class Tissues {
   /// \param distance_to_others  distance to these tissues at the points of a lattice, mm; > 0 outside them
   void draw_back(int tissue, Lattice distance_to_others, double gap);
 
-  /// The tissue at a place, 0 for none. O(tissues) near interfaces, else O(1).
+  /// The tissue at a position, 0 for none. O(tissues) near interfaces, otherwise O(1).
   [[nodiscard]] int at(const Vec3& p) const;
 
   /// The tissue of each voxel in the map, 0 for none; i fastest.
@@ -49,7 +49,7 @@ class Tissues {
   void find_winners();
   void keep_volumes(const std::vector<LabelExtent>& extents, double width);
   [[nodiscard]] std::vector<double> volumes() const;
-  [[nodiscard]] std::vector<double> areas() const;
+  [[nodiscard]] std::vector<double> surface_areas() const;
   [[nodiscard]] int evaluated(const Vec3& p) const;
   [[nodiscard]] bool is_drawn_back(int tissue, const Vec3& p) const;
   [[nodiscard]] std::size_t cell_index(int i, int j, int k) const;

@@ -8,7 +8,7 @@
 namespace palpate::app {
 
 /// Appends the polygons, or the triangles of strips, of VTK's arrays. `first_point` is added to their point
-/// numbers. Throws Error naming the polygon where the offsets do not ascend to the length of the
+/// numbers. Throws Error naming the polygon if the offsets do not ascend to the length of the
 /// connectivity, or a point number is outside [0, n_points).
 void append_polygons(const io::VtkCells& cells, Index first_point, Index n_points, const std::string& source,
                      PolygonFile& file);

@@ -52,15 +52,15 @@ class BulletPeer : public TimedPeer {
     Index first = 0;
   };
 
-  /// Leaves of the same primitives are updated; a tree of others, as border edges are, is made anew.
+  /// Leaves of the same primitives are updated; a tree of other primitives, such as border edges, is rebuilt.
   template <class PrimitiveOf, class BoxOf>
-  static void update(Tree& tree, std::size_t count, bool anew, PrimitiveOf&& primitive, BoxOf&& box) {
-    if (anew || tree.leaves.size() != count) {
+  static void update(Tree& tree, std::size_t count, bool rebuild, PrimitiveOf&& primitive, BoxOf&& box) {
+    if (rebuild || tree.leaves.size() != count) {
       tree.tree.clear();
       tree.leaves.clear();
       for (std::size_t i = 0; i < count; ++i)
         tree.leaves.push_back(tree.tree.insert(volume_of(box(primitive(i))), as_pointer(primitive(i))));
-      if (!anew) tree.tree.optimizeTopDown();
+      if (!rebuild) tree.tree.optimizeTopDown();
       return;
     }
     for (std::size_t i = 0; i < count; ++i) {

@@ -70,7 +70,7 @@ void sort_unique(std::vector<Pair>& pairs) {
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
 }
 
-/// Pairs of a point and a body in place of a tet.
+/// Pairs of a point and a body instead of a tet.
 std::vector<Pair> by_body(const Bodies& bodies, const std::vector<Pair>& pairs) {
   std::vector<Pair> result;
   for (const Pair& pair : pairs)
@@ -141,7 +141,7 @@ double run_frame(const Course& course, Peer& peer, const Prepared& prepared, Per
   return performance.threads == 1 ? spent.processor : spent.passed;
 }
 
-/// Tries the modes on the first frames; the fastest in the last of them goes on.
+/// Tries the modes on the first frames; the fastest in the last of them is used from then on.
 Runner try_modes(const Course& course, const Entrant& entrant, const std::vector<Prepared>& trial,
                  std::vector<Trial>& trials) {
   Runner best;

@@ -47,8 +47,8 @@ struct ContestResult {
   std::vector<Absentee> dropped;  ///< entrants that failed, or were too slow
 };
 
-/// Each entrant tries its modes on two frames and goes on with the fastest; then all take turns on frame
-/// after frame. Throws Error where an exact test gives other answers than ours, or where ours are not among
+/// Each entrant tries its modes on two frames and keeps the fastest; then all alternate on frame
+/// after frame. Throws Error if an exact test gives other answers than ours, or if ours are not among
 /// candidates.
 ContestResult run_contest(const Course& course, std::vector<Entrant> entrants, const ContestEffort& effort);
 

@@ -3,7 +3,7 @@
 describe PEER points|edges             prints what it does for a task and its modes, or why it does nothing
 PEER MODE THREADS FOLDER               "start" reads the meshes of the folder; each "find" answers the frame in it
 
-Seconds (passed, and of the processor) are those of the peer's own calls, with the arrays already as it wants them; lists that it returns are part
+Seconds (passed, and of the processor) are those of the peer's own calls, with the arrays already in its format; lists that it returns are part
 of them, what turns its answer into pairs is not.
 """
 
@@ -22,9 +22,9 @@ except ImportError:  # describe() tells
 
 DESCRIPTIONS = {
     ("ipctk", "edges"): ("IPC Toolkit, broad phase", "candidates", ["HashGrid", "SpatialHash", "LBVH", "SweepAndPrune"]),
-    ("ipctk", "points"): "it has no query of points in tets: only surfaces meet",
+    ("ipctk", "points"): "no query of points in tets; it works on surfaces only",
     ("pbatoolkit", "points"): ("PBAT AABB hierarchies", "own_test", ["update", "rebuild"]),
-    ("pbatoolkit", "edges"): "its package offers no query of edges against triangles",
+    ("pbatoolkit", "edges"): "no query of edges against triangles in its package",
 }
 
 

@@ -97,18 +97,18 @@ Section empty_section(Task task) {
   return {
       .id = points ? "peers-points" : "peers-edges",
       .title = points ? "Peers: points in tets of other bodies" : "Peers: border edges against triangles",
-      .ours = std::string(points ? "Palpate: putting the points into cells and finding the tets they are in. "
-                                 : "Palpate: finding the crossings, the border edges being known to all. ") +
-              "All get the same positions, of the stack of membranes with more and more cells and of a pile "
-              "of balls and boxes, in turns; of each peer the fastest of its modes in a trial counts (one "
-              "that took four times as long as that in a smaller scene is not tried again). With "
-              "several threads, and for Palpate, time that passed; for peers with one thread, time of the "
-              "processor, which a busy machine adds less to; with what a peer needs to take over the "
-              "positions. Palpate has coherence between frames on, the default; without it see the table of "
-              "docs/benchmarks.md, \"What we set out to reach\". Who has our exact test as its "
-              "callback must find the same pairs, or the benchmark fails.",
-      .table = {{"scene", "movers, %", "who", "threads", "mode", "least, ms", "median, ms", "most, ms",
-                 "times ours", "answers", "frames"},
+      .ours = std::string(points ? "Palpate puts the points into cells and finds the tets that contain them. "
+                                 : "Palpate finds the crossings; all libraries get the border edges. ") +
+              "All libraries get the same positions, alternately: the stack of membranes with more and more "
+              "cells, and a pile of balls and boxes. Of each library the fastest mode in a trial counts. A "
+              "mode that took four times as long as that in a smaller scene is not tried again. Times are "
+              "wall times for Palpate and for several threads. For other libraries with one thread they are "
+              "processor times, which other work on the machine affects less. They include the time to pass "
+              "the positions to the library. Palpate has coherence between frames on, the default; without "
+              "it see the table of docs/benchmarks.md, \"What we set out to reach\". Libraries that call our "
+              "exact test must find the same pairs; otherwise the benchmark fails.",
+      .table = {{"scene", "movers, %", "library", "threads", "mode", "least, ms", "median, ms", "most, ms",
+                 "times Palpate", "answers", "frames"},
                 {}}};
 }
 
@@ -162,7 +162,7 @@ Section contest_section(Task task, const PeersEffort& effort, const PythonPeers&
     if (static_cast<double>(tets) <= effort.python_most_tets) {
       add_python(python, course, effort.threads, entrants, away);
     } else {
-      away.push_back({"IPC Toolkit and PBAT", fmt::format("{}: a quick run has no time for it", scene.name)});
+      away.push_back({"IPC Toolkit and PBAT", fmt::format("{}: too slow for a quick run", scene.name)});
     }
     known.leave_out_hopeless(tets, effort.contest.patience, entrants);
     if (static_cast<double>(tets) > effort.most_tets_of_trials) known.leave_fastest(tets, entrants);
@@ -194,7 +194,8 @@ Section contest_section(Task task, const PeersEffort& effort, const PythonPeers&
   section.charts.push_back(std::move(chart));
   section.result_hash = measure::hash_text(hash);
   section.why = fmt::format(
-      "With as many threads, peers take {:.3g} to {:.3g} times as long as Palpate; the closest is {}",
+      "With the same number of threads, the other libraries take {:.3g} to {:.3g} times as long as Palpate; "
+      "the closest is {}",
       summary.least_lead, summary.most_lead, summary.closest);
   return section;
 }
@@ -202,10 +203,10 @@ Section contest_section(Task task, const PeersEffort& effort, const PythonPeers&
 Section peers_section(const std::vector<Absentee>& absent) {
   Section section{
       .id = "peers",
-      .title = "Peers: who takes part",
-      .ours = "Each with the part of it that is nearest to the question.",
-      .why = absent.empty() ? "all take part in both tasks" : "not all have an answer to both questions",
-      .table = {{"who", "what it does here"}, {}}};
+      .title = "Peers: the libraries",
+      .ours = "Of each library, the function that is nearest to the question.",
+      .why = absent.empty() ? "All can answer both questions" : "Not all can answer both questions",
+      .table = {{"library", "what it does here"}, {}}};
   section.table.rows = {
       {"Palpate",
        "Detector as users call it; times of the phases of the task, with canonical order and weights"},
@@ -215,11 +216,10 @@ Section peers_section(const std::vector<Absentee>& absent) {
        "boxes against boxes, four cutoffs, all at once or per body; several threads with "
        "TBB (Parallel_tag)"},
       {"Bullet btDbvt",
-       "dynamic trees with updated leaves, tree against tree or primitive by primitive; has no "
-       "threads for it"},
+       "dynamic trees with updated leaves, tree against tree or primitive by primitive; no threads"},
       {"VTK locator",
-       "points: FindCell of vtkStaticCellLocator or vtkCellTreeLocator, one tet a point and body; "
-       "edges: FindCellsWithinBounds; built anew in each frame; threads share the calls"},
+       "points: FindCell of vtkStaticCellLocator or vtkCellTreeLocator, one tet per point and body; "
+       "edges: FindCellsWithinBounds; rebuilt in each frame; threads share the calls"},
       {"IPC Toolkit", "edge-face candidates of its broad phases, from Python"},
       {"PBAT", "TetrahedralAabbHierarchy.primitives_containing_points, one per body, from Python"}};
   for (const Absentee& absentee : absent)

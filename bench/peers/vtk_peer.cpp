@@ -16,7 +16,7 @@
 namespace palpate::bench {
 namespace {
 
-/// VTK's locators, one for the tets or triangles of each body, built anew in each frame. Points in tets: its
+/// VTK's locators, one for the tets or triangles of each body, rebuilt in each frame. Points in tets: its
 /// FindCell, which returns one tet for a point, by a test of its own. Border edges: FindCellsWithinBounds,
 /// and the exact test.
 template <class Locator>

@@ -105,24 +105,24 @@ def peer_rows(section, scene_part, threads):
 
 
 # Of README.md: (section, scene, what a user asks).
-QUESTIONS = (("peers-points", "stacking 10000", "Which points are inside of another body? 20 membranes on each other, 10 000 tets together"),
-             ("peers-points", "stacking 1000000", "The same, of a million tets"),
-             ("peers-edges", "stacking 10000", "Through which triangles do edges come out of a body that they touch? The 10 000 tets"),
-             ("peers-edges", "stacking 1000000", "The same, of a million tets"))
+QUESTIONS = (("peers-points", "stacking 10000", "Which points are inside another body? A stack of 20 membranes, 10 000 tets"),
+             ("peers-points", "stacking 1000000", "Which points are inside another body? A stack of membranes, a million tets"),
+             ("peers-edges", "stacking 10000", "Through which triangles do border edges leave a body? The stack of 10 000 tets"),
+             ("peers-edges", "stacking 1000000", "Through which triangles do border edges leave a body? The stack of a million tets"))
 
 
 def figures(file, report):
     sections = {section["id"]: section for section in report["sections"]}
-    lines = ["| question, asked in each frame | Palpate | fastest other | times |", "|---|---:|---:|---:|"]
+    lines = ["| question, answered in each frame | Palpate | fastest other library | times as long |", "|---|---:|---:|---:|"]
     for key, scene, question in QUESTIONS:
         found = peer_rows(sections[key], scene, 1)
         if not found:
             raise SystemExit(f"docs.py: found no row {scene} in {key} of {file.name}, expected one for README.md")
         ours, peer = found
         lines.append(f"| {question} | {ours[6]:.3g} ms | {peer[6]:.3g} ms, {peer[2]} | {peer[6] / ours[6]:.3g} |")
-    lines += ["", "*Conditions*: one thread; 2 % of the points are in another cell than in the frame before; medians over frames, each peer in its fastest mode. "
+    lines += ["", "*Conditions*: one thread; 2 % of the points changed their cell since the frame before; medians over frames; each other library in its fastest mode. "
               "Palpate has coherence between frames on, the default; without it see the table of [docs/benchmarks.md](docs/benchmarks.md), "
-              "“What we set out to reach”. These are the contacts alone; whole steps of a simulation, in which the solver takes most of the time, are there too.", ""]
+              "“What we set out to reach”. These times are for contacts only. That page also has whole steps of a simulation, in which the solver takes most of the time.", ""]
     return "\n".join(lines) + "\n" + facts(file, report).format(path="") + "\n"
 
 

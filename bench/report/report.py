@@ -130,7 +130,7 @@ def page(report, bodies):
             f"<style>{STYLE}</style></head><body><h1>Palpate, measured</h1>"
             "<p>The results of “Efficient uniform grids for collision handling in medical simulators”, item by item; the same work by other "
             "libraries; growth with size and threads. Times are medians or least times of this machine; all ways measure the same "
-            f"positions in turns.</p><p class=\"small\">{html.escape(facts(report))}</p>"
+            f"positions alternately.</p><p class=\"small\">{html.escape(facts(report))}</p>"
             f"<nav><ul>{links}</ul></nav>{''.join(bodies)}</body></html>\n")
 
 

@@ -29,7 +29,7 @@ std::string content_of(const std::string& file) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// Runs a program to its end, its output in files. Throws Error where it fails.
+/// Runs a program to its end, its output in files. Throws Error if it fails.
 void run(std::vector<std::string> words, const std::string& out, const std::string& err) {
   std::vector<char*> pointers;
   pointers.reserve(words.size() + 1);

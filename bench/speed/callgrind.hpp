@@ -20,7 +20,7 @@ struct CallgrindCounts {
   std::vector<LoopCount> loops;
 };
 
-/// Runs a kernel of palpate-bench-kernels. Throws Error where it or valgrind fails.
+/// Runs a kernel of palpate-bench-kernels. Throws Error if it or valgrind fails.
 CallgrindCounts count_with_callgrind(std::string_view kernel, int cells, int frames);
 
 /// Counts of callgrind's output file with names that are not compressed. A loop is a function whose name

@@ -128,7 +128,7 @@ std::size_t detection(const CountTask& task) {
   });
 }
 
-/// The stack falls from touch.
+/// The stack falls; its membranes touch at the start.
 std::size_t steps(const CountTask& task) {
   const Model model = measure::stacking_model(task.cells);
   const std::size_t tets = model.bodies.tets().size();

@@ -56,7 +56,8 @@ void add_options(CLI::App& app, Options& options) {
                  });
   app::add_value(app, "--out", "DIR", "folder of the results; default: results/bench-speed",
                  [&](const std::string&, const std::string& text) { options.out = text; });
-  app::add_value(app, "--frames", "N", "frames that a figure is the median of; default: what each part wants",
+  app::add_value(app, "--frames", "N",
+                 "frames that a figure is the median of; default: each part has its own number",
                  [&](const std::string& flag, const std::string& text) {
                    options.frames = static_cast<int>(app::parse_integer(flag, text, 1, 10000));
                  });
@@ -74,7 +75,7 @@ void add_options(CLI::App& app, Options& options) {
   app::add_json(app, options.json, "print tables and counts as JSON");
 }
 
-bool wants(const Options& options, std::string_view part) {
+bool is_chosen(const Options& options, std::string_view part) {
   return !options.only || part_names[*options.only] == part;
 }
 
@@ -94,12 +95,12 @@ void check(const Options& options) {
   check_folder("--raptors", options.raptors, "two raptors",
                {"raptorTetra_8418.vtu", "raptorTetra_19409.vtu"});
   const fs::path scene = options.scenes / "stacking.json";
-  if (wants(options, "step") && !fs::exists(scene)) {
+  if (is_chosen(options, "step") && !fs::exists(scene)) {
     throw app::BadInput("--scenes", "", fmt::format("no '{}'", scene.string()),
                         "a folder with stacking.json");
   }
   const std::string reason = why_not_counted();
-  if (reason.empty() || !wants(options, "instructions")) return;
+  if (reason.empty() || !is_chosen(options, "instructions")) return;
   if (options.only) {
     throw app::BadInput("--only", "", fmt::format("instructions, but {}", reason),
                         "a build and a machine with valgrind");
@@ -145,7 +146,7 @@ std::string text_of(const Json& report) {
 std::vector<Part> wanted_parts(const Options& options) {
   std::vector<Part> parts;
   for (std::size_t p = 0; p < part_names.size(); ++p) {
-    if (!wants(options, part_names[p])) continue;
+    if (!is_chosen(options, part_names[p])) continue;
     if (part_names[p] == "instructions" && !why_not_counted().empty()) continue;
     Part part = part_makers[p](options);
     std::erase_if(part.cases, [&](const Case& c) { return c.tets > options.most_tets; });

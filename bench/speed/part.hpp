@@ -29,7 +29,7 @@ struct SpeedEffort {
 struct Case {
   std::string name;
   double tets = 0.0;
-  /// Throws Error where a result is wrong.
+  /// Throws Error if a result is wrong.
   std::function<Json()> measure;
 };
 
@@ -47,7 +47,7 @@ Part dynamics_part(const SpeedEffort& effort);      ///< a step's system and its
 Part step_part(const SpeedEffort& effort);          ///< whole steps, beside SOFA
 Part instructions_part(const SpeedEffort& effort);  ///< instructions of kernels, without a clock
 /// Measures the cases one after the other into head["cases"], and head["table"] of them. Each time the file
-/// is written anew, so that an interrupted run keeps its results.
+/// is rewritten, so that an interrupted run keeps its results.
 /// \param head  of the file: what was measured where and when
 Json run_part(const Part& part, Json head, const std::filesystem::path& file,
               const std::function<void(const std::string& line)>& tell);

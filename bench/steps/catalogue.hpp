@@ -25,7 +25,7 @@ struct StepScene {
   int steps = 0;         ///< of a whole run
   int quick_steps = 0;   ///< of a quick one
   std::size_t tets = 0;  ///< 0: known once it is made
-  /// Throws Error where a file is not as it should be.
+  /// Throws Error if a file is not as it should be.
   std::function<StepModel()> make;
 };
 
@@ -47,7 +47,7 @@ struct StepCatalogue {
   std::vector<AbsentScene> absent;
 };
 
-/// All scenes, in the order that they are measured in. Reads scene files, but no mesh. Throws Error where a
+/// All scenes, in the order that they are measured in. Reads scene files, but no mesh. Throws Error if a
 /// scene file is no scene; of the rough ones such a file is absent.
 StepCatalogue step_catalogue(const StepPlaces& places);
 

@@ -73,17 +73,17 @@ void add_scene_options(CLI::App& app, Options& options) {
 void add_options(CLI::App& app, Options& options) {
   add_scene_options(app, options);
   app.add_flag("--quick", options.quick, fmt::format("few steps, and scenes of at most {} tets", quick_tets));
-  app::add_value(app, "--steps", "N", "steps of each scene; default: what each wants",
+  app::add_value(app, "--steps", "N", "steps of each scene; default: the scene's own number",
                  [&](const std::string& flag, const std::string& text) {
                    options.steps = static_cast<int>(app::parse_integer(flag, text, 1, 1000000));
                  });
   app::add_value(app, "--preconditioner", "NAME",
-                 fmt::format("in place of each scene's: {}", fmt::join(preconditioner_names, ", ")),
+                 fmt::format("instead of each scene's: {}", fmt::join(preconditioner_names, ", ")),
                  [&](const std::string& flag, const std::string& text) {
                    options.preconditioner =
                        static_cast<Preconditioner>(app::parse_choice(flag, text, preconditioner_names));
                  });
-  app::add_value(app, "--tolerance", "X", "in place of each scene's",
+  app::add_value(app, "--tolerance", "X", "instead of each scene's",
                  [&](const std::string& flag, const std::string& text) {
                    options.tolerance = app::parse_number(flag, text, scene_format::above(0.0));
                  });
@@ -134,7 +134,7 @@ void record_load(Json& report) {
   if (getloadavg(load.data(), 1) == 1) report["load"] = std::max(load[0], report.value("load", 0.0));
 }
 
-/// Measures scene after scene; the file is written anew after each.
+/// Measures scene after scene; the file is rewritten after each.
 Json measure_scenes(const StepCatalogue& catalogue, const Options& options) {
   Json report = head(options);
   for (const AbsentScene& absent : catalogue.absent)

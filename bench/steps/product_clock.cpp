@@ -14,7 +14,7 @@ Materials materials_of(const Model& model) {
 }
 
 std::vector<std::uint8_t> free_points(const Model& model) {
-  std::vector<std::uint8_t> free = unfree_points(model);
+  std::vector<std::uint8_t> free = constrained_points(model);
   const std::vector<std::uint8_t> rigid = rigid_bodies(model);
   const std::vector<double> masses = fem::lumped_masses(model.bodies, materials_of(model));
   for (std::size_t p = 0; p < free.size(); ++p) {

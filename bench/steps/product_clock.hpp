@@ -13,7 +13,7 @@ namespace palpate::bench {
 
 /// Times the product of a scene's matrix with a vector: the unit that the work of its steps is counted in.
 ///
-/// The matrix is that of the elements at rest, without contacts; it is stored as a simulation stores its own,
+/// The matrix is assembled from the elements at rest, without contacts; it is stored as in a simulation,
 /// so that a product costs the same. Takes as much memory as the one of the simulation.
 class ProductClock {
  public:

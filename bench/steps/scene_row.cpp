@@ -62,7 +62,7 @@ int steps_of(const StepScene& scene, const StepEffort& effort) {
   return effort.steps.value_or(effort.quick ? scene.quick_steps : scene.steps);
 }
 
-/// Goes the steps; returns why it could not go on, if so.
+/// Makes the steps; returns the reason if it could not continue.
 std::string go(Simulation& simulation, ProductClock& product, int steps, int threads, Course& course) {
   product.run();
   try {

@@ -23,9 +23,9 @@ struct StepEffort {
 /// Largest size of the scenes of a quick run.
 inline constexpr std::size_t quick_tets = 30000;
 
-/// A row of the table: what the steps of a scene took and how they ended. A scene that cannot go on has why
-/// in "error", and figures of the steps before; null where a scene has more tets than are wanted. Work is in
-/// products with the matrix of the scene (ProductClock): all time of the solver over that of one product.
+/// A row of the table: what the steps of a scene took and how they ended. A scene that cannot continue has
+/// why in "error", and figures of the steps before; null where a scene has more tets than are wanted. Work is
+/// in products with the matrix of the scene (ProductClock): all time of the solver over that of one product.
 /// With a reference "position_error" has how far points are from it in the end, as fractions of the mean edge
 /// length of their body: {"largest", "rms"}.
 Json scene_row(const StepScene& scene, const StepEffort& effort);

@@ -79,7 +79,7 @@ double flattest_sine(const std::array<Vec3, 4>& corners) {
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < 4; ++i) {
     for (std::size_t j = i + 1; j < 4; ++j) {
-      // The edge i j is that of the faces opposite the other two corners.
+      // The edge i j belongs to the faces opposite the other two corners.
       std::array<std::size_t, 2> others{};
       for (std::size_t k = 0, n = 0; k < 4; ++k)
         if (k != i && k != j) others[n++] = k;

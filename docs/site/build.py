@@ -68,7 +68,7 @@ def main():
     start = time.monotonic()
     package = pathlib.Path(sys.argv[1]).resolve()
     site, work = ROOT / "build/docs", ROOT / "build/docs-work"
-    for old in [site, work]:  # all anew: Sphinx warns only of the pages that it reads
+    for old in [site, work]:  # from scratch: Sphinx warns only of the pages that it reads
         shutil.rmtree(old, ignore_errors=True)
     undocumented, warnings = cpp_reference.run_doxygen(ROOT, work)
     if warnings:

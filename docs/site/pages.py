@@ -83,7 +83,7 @@ class Pages:
         self.add(file, self.with_links(text, file.parent, file.parent))
 
     def with_links(self, text, read_from, written_to):
-        """The text with its links made anew. They are relative to one folder, and become relative to another."""
+        """The text with its links rewritten. They are relative to one folder, and become relative to another."""
         def link(match):
             begin, target, anchor = match[1], match[2], match[3] or ""
             if "://" in target or target.startswith("mailto:") or not target:

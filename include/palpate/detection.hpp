@@ -178,11 +178,11 @@ struct DetectorMemory {
 
 /// Finds the contacts among bodies and their depths, frame by frame.
 ///
-/// The result is that of exact arithmetic on the given positions and has the same bits for every structure,
-/// order, sort and thread count. Keeps its buffers from frame to frame.
+/// The result equals that of exact arithmetic on the given positions. It has the same bits for every
+/// structure, order, sort and thread count. Keeps its buffers from frame to frame.
 class Detector {
  public:
-  /// Throws Error where a setting is out of range.
+  /// Throws Error if a setting is out of range.
   /// \param bodies     must outlive the detector
   /// \param immovable  per body; pairs of two immovable bodies are not tested. Empty: no body is.
   /// \param threads    number of threads; 0 takes all
@@ -195,7 +195,7 @@ class Detector {
   Detector& operator=(Detector&&) noexcept;
 
   /// Finds all contacts at `positions` (n_points x 3). Expected time O(points + tets + contacts); with
-  /// Structure::brute O(points x tets). Throws Error where a position is not finite.
+  /// Structure::brute O(points x tets). Throws Error if a position is not finite.
   /// \param budget_fraction  of the budget that it may spend, > 0
   void detect(std::span<const Vec3> positions, double budget_fraction = 1.0);
 

@@ -14,7 +14,7 @@ class Error : public std::runtime_error {
   /// \param where     line, index or key inside the source ("line 12", "tet 7", "bodies[2].density");
   ///                  may be empty
   /// \param found     what was found there
-  /// \param expected  what was expected in its place
+  /// \param expected  what was expected
   Error(std::string source, std::string where, std::string found, std::string expected);
 
   [[nodiscard]] const std::string& source() const { return source_; }  ///< as constructed

@@ -16,7 +16,7 @@ namespace palpate {
 ///
 /// \param from, to  indices of points in the body, at least one each; in any order, repetitions allowed
 /// \return  (n_tets of the body) unit vectors, the part of Model::fibre_of_tet for this body
-/// Throws Error where the body does not exist, an end is empty or has an index out of range, a point is at
+/// Throws Error if the body does not exist, an end is empty or has an index out of range, a point is at
 /// both ends, or a connected piece of the body does not have both ends. Conjugate gradients to 1e-14 in one
 /// thread, the same bits everywhere: O(n^(4/3)) for n points.
 [[nodiscard]] std::vector<Vec3> fibres_between(const Bodies& bodies, Index body, std::span<const Index> from,

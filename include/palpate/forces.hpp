@@ -36,14 +36,14 @@ inline constexpr std::array<std::string_view, 3> contact_status_names{"open", "s
 /// END of the step: a new contact there has no force yet.
 ///
 /// The force acts on the point, or on the edge where it meets the surface; its reaction, on the penetrated
-/// body, acts at the same place. So forces and torques on both bodies add up to zero, up to rounding.
+/// body, acts at the same position. So forces and torques on both bodies add up to zero, up to rounding.
 /// Structure of arrays.
 struct ContactForces {
   std::vector<Index> point;  ///< (n) the point that is inside; for an edge, the nearer end
   std::vector<Index> edge;   ///< (n) of Bodies::edges(): the edge that passes through the body; -1: a point
   std::vector<Index> body;   ///< (n) the penetrated body
   std::vector<Index> tet;    ///< (n) the penetrated tet
-  std::vector<std::array<double, 4>> weights;  ///< (n x 4) of the place in the tet, corner order
+  std::vector<std::array<double, 4>> weights;  ///< (n x 4) barycentric weights in the tet, corner order
   std::vector<double> depth;  ///< (n) at the start of the step, m; negative: the gap of a speculative contact
   std::vector<Vec3> direction;            ///< (n x 3) unit vector out of the penetrated body
   std::vector<double> normal;             ///< (n) force on the point along the direction, N
@@ -75,7 +75,7 @@ struct PairWrench {
 /// A force on a surface point is distributed to the triangles around it by area, as a load on their corner at
 /// the point. A force elsewhere (the reaction inside a penetrated tet, an inner point) is first distributed
 /// to the corners of the nearest surface triangle, so that force and torque stay. So the corner loads have
-/// the wrench of the body to rounding. They are those of a traction that is linear in each triangle;
+/// the wrench of the body up to rounding. They belong to a traction that is linear in each triangle;
 /// `traction` is its mean.
 struct SurfaceTractions {
   std::vector<std::array<Vec3, 3>> corner_forces;  ///< (n_triangles x 3 x 3), N

@@ -100,7 +100,7 @@ struct Material {
 struct Materials {
   /// One material per body. Not explicit, so that a list of materials converts to Materials.
   Materials(std::vector<Material> of_bodies) : all(std::move(of_bodies)) {}
-  /// The same from a list in braces.
+  /// One material for each body, from a list in braces.
   Materials(std::initializer_list<Material> of_bodies) : all(of_bodies) {}
   /// Several materials in a body: one for each tet.
   Materials(std::vector<Material> materials, std::vector<Index> tets, std::vector<Vec3> fibres = {})
@@ -117,7 +117,7 @@ struct Materials {
     return of_tet.empty() ? body : of_tet[static_cast<std::size_t>(tet)];
   }
 
-  std::vector<Material> all;  ///< the first n_bodies are those of the bodies; then any others
+  std::vector<Material> all;  ///< the first n_bodies belong to the bodies, one each; then any others
   std::vector<Index> of_tet;  ///< (n_tets) into `all`; empty: each tet has the material of its body
   /// (n_tets) directions of fibres, of any length; empty, or zero for a tet: that of its material.
   std::vector<Vec3> fibre_of_tet{};

@@ -19,7 +19,7 @@ struct TetMesh {
 /// Allowed but remarkable properties of a mesh, found by check_mesh().
 struct MeshNotes {
   Index reoriented_tets = 0;      ///< tets of negative volume; two of their corners were swapped
-  Index unreferenced_points = 0;  ///< points in no tet; kept, so that indices are those of the file
+  Index unreferenced_points = 0;  ///< points in no tet; kept, so that indices are the same as in the file
 };
 
 /// Checks a mesh and swaps two corners of tets of negative volume, so that det[b-a, c-a, d-a] > 0 for each.
@@ -57,11 +57,11 @@ struct Rows {
 class Bodies {
  public:
   /// Appends a body after check_mesh(); returns its index. Throws Error and changes nothing if the mesh is
-  /// refused, also where more than two tets share a face, or two on the same side of it. O(n log n).
+  /// refused, also if more than two tets share a face, or two on the same side of it. O(n log n).
   Index add(std::string name, TetMesh mesh);
 
   /// Replaces the rest positions (n_points x 3) of the same meshes. Throws Error, and changes nothing, on
-  /// a different number of points and where a tet would be flat or inverted. O(n).
+  /// a different number of points and if a tet would be flat or inverted. O(n).
   void set_points_rest(std::span<const Vec3> points);
 
   /// (n_bodies) name and index ranges of each body, in the order of add().

@@ -40,18 +40,18 @@ struct Motion {
 /// Simulation would refuse. O(keyframes).
 Keyframe pose_at(const Motion& motion, double time);
 
-/// A spring between a point and a place in space, force = stiffness (target - point).
+/// A spring between a point and a position in space, force = stiffness (target - point).
 struct Grab {
   Index point = -1;        ///< of all points
   Vec3 target{};           ///< m
   double stiffness = 0.0;  ///< N/m, > 0
 };
 
-/// A spring between a point and its place at the start in a tet of another body: tissue that has grown
+/// A spring between a point and its position at the start in a tet of another body: tissue that has grown
 /// together. relax() runs before the start and ignores ties.
 struct Tie {
   Index point = -1;                   ///< of all points
-  Index tet = -1;                     ///< usually the nearest tet; the place may be a little outside of it
+  Index tet = -1;                     ///< usually the nearest tet; the position may be a little outside of it
   std::optional<double> stiffness{};  ///< N/m, > 0; none: that of a contact between the two bodies
 };
 
@@ -91,7 +91,7 @@ struct Model {
   std::vector<Index> motion_of_point{};      ///< (n_points) index into motions, or -1; or empty
   std::vector<Vec3> forces{};                ///< (n_points), N, or empty: until set_forces() replaces them
   std::vector<Vec3> velocities{};            ///< (n_points) of free points at the start, m/s; or empty
-  std::vector<Grab> grabs{};                 ///< springs to places in space, at the start
+  std::vector<Grab> grabs{};                 ///< springs to positions in space, at the start
   std::vector<Tie> ties{};                   ///< springs between bodies, at rest at the start
   std::vector<PointLoad> point_loads{};      ///< in addition to `forces`
   std::vector<SurfaceLoad> surface_loads{};  ///< on deformable bodies
@@ -103,7 +103,7 @@ struct Model {
 };
 
 /// Points that follow a motion from now on: a point now at p moves to center + R (p - center) + translate.
-/// Times of the keyframes are those of the simulation.
+/// Times of the keyframes are simulation times.
 struct PointMove {
   std::vector<Index> points{};  ///< of all points
   Motion motion{};              ///< the motion
@@ -124,9 +124,9 @@ struct ModelChange {
   std::vector<Index> remove{};          ///< bodies to remove, with their ties
   std::vector<Index> release_bodies{};  ///< bodies whose points become free; rigid ones become deformable
   std::vector<Index> release_points{};  ///< points that are no longer fixed, moved, or held along an axis
-  std::vector<Index> fix{};             ///< points to fix at their present positions
+  std::vector<Index> fix{};             ///< points to fix at their current positions
   std::vector<PointMove> moves{};       ///< each adds a motion; points leave their earlier one
-  std::vector<Tie> ties{};              ///< appended to the existing ones, at rest at the present positions
+  std::vector<Tie> ties{};              ///< appended to the existing ones, at rest at the current positions
   std::vector<BodyLoads> loads{};       ///< each body at most once
 };
 

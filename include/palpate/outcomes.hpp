@@ -22,20 +22,20 @@ struct HalfSpace {
 /// Throws Error on a body out of range and a normal that is zero or not finite. O(tets of the body x planes).
 [[nodiscard]] double volume_in(const Bodies& bodies, Index body, std::span<const Vec3> positions,
                                std::span<const HalfSpace> spaces);
-/// The same for the part that is also in another body: tets are cut by those of the other. Where tets of a
-/// body overlap, their common part counts for each. O(tets log tets + tets that meet).
+/// volume_in() for the part that is also in another body: tets are cut by the tets of the other body. If
+/// tets of a body overlap, their common part counts for each. O(tets log tets + tets that meet).
 [[nodiscard]] double volume_within(const Bodies& bodies, Index body, Index other,
                                    std::span<const Vec3> positions, std::span<const HalfSpace> spaces);
 
-/// A place in a body, which moves with a tet.
+/// A material point of a body; it moves with a tet.
 struct Landmark {
   Index tet = -1;                   ///< that contains it
   std::array<double, 4> weights{};  ///< in the order of the corners
 };
-/// The landmark at a place in a body at rest. Throws Error where no tet of the body contains it (closed tets,
+/// The landmark at a position in a body at rest. Throws Error if no tet of the body contains it (closed tets,
 /// to 1e-9 of their size), with the distance of the nearest one. O(tets of the body).
 [[nodiscard]] Landmark landmark(const Bodies& bodies, Index body, const Vec3& place);
-/// The present position of a landmark.
+/// The current position of a landmark.
 [[nodiscard]] Vec3 place_of(const Bodies& bodies, const Landmark& landmark, std::span<const Vec3> positions);
 
 /// Rotation of a body from its shape at rest: axis times angle, rad, 0 to pi. It is the rotation R that

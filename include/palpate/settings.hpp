@@ -30,7 +30,7 @@ enum class Sort {
   counting,    ///< counting sort over the domain, which also gives C; for sparse domains, radix
   comparison,  ///< parallel comparison sort, faster for nearly sorted input (the paper's STL sort)
   repair,      ///< repairs the last frame's order by moving the movers
-  adaptive,    ///< repair while few points move, else counting or radix (the paper's switch, 5)
+  adaptive,    ///< repair while few points move, otherwise counting or radix (the paper's switch, 5)
 };
 /// How the edge length of a cell is chosen (paper 5, "Cell size").
 enum class CellSizeRule {
@@ -44,7 +44,8 @@ using CellSize = std::variant<CellSizeRule, double>;
 /// Preconditioner of the conjugate gradients of a step. Affects convergence only: results agree within the
 /// tolerance.
 enum class Preconditioner {
-  automatic,  ///< block Jacobi while solves take few iterations, else multigrid; by counts, never by time
+  automatic,  ///< block Jacobi while solves take few iterations, otherwise multigrid; by counts, never by
+              ///< time
   jacobi,     ///< the blocks of single points: cheap, good for soft tissue and few contacts
   multigrid,  ///< smoothed aggregation: for stiff or slender bodies, contacts, bad elements, large meshes
 };
@@ -95,7 +96,7 @@ struct Budget {
   std::optional<int> tests{};
   /// Milliseconds for all detections of a time step. Which contacts are found depends on the machine.
   std::optional<double> milliseconds{};
-  std::optional<InterestRegion> region{};  ///< tested before other places of the same importance
+  std::optional<InterestRegion> region{};  ///< tested before other regions of the same importance
   friend bool operator==(const Budget&, const Budget&) = default;
 };
 
@@ -113,7 +114,8 @@ struct DetectionSettings {
   /// n_bodies^2 / 2 pairs, but each pair of a point and a tet that meet is searched in it.
   std::vector<std::array<Index, 2>> ignored_pairs{};
   /// Whether surface edges that pass through a body with both ends outside are found (docs/edges.md). If
-  /// false, contacts are those of the paper, and bodies that meet only edge on edge pass through each other.
+  /// false, contacts are found as in the paper, and bodies that meet only edge on edge pass through each
+  /// other.
   bool edge_contacts = true;
   /// Whether data of earlier frames are used to make frames with little motion faster. Contacts do not depend
   /// on it. Only for Structure::compact without cells_per_primitive and budget.

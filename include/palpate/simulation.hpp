@@ -71,9 +71,9 @@ class Simulation {
   /// Frees the data of this simulation; the other can then only be assigned to or destroyed.
   Simulation& operator=(Simulation&&) noexcept;
 
-  /// Advances by one time step. Throws Error where the run blows up (a value that is not finite, or beyond
+  /// Advances by one time step. Throws Error if the run blows up (a value that is not finite, or beyond
   /// settings().limits), naming body, tet and step: source "body NAME", where "tet T, step N". Then all
-  /// results (positions, velocities, contacts, metrics, forces) are those of the last good step.
+  /// results (positions, velocities, contacts, metrics, forces) belong to the last good step.
   const StepMetrics& step();
 
   /// Changes the settings from the next step on; positions, velocities, grabs and the state of contacts stay.
@@ -92,7 +92,7 @@ class Simulation {
   [[nodiscard]] bool is_present(Index body) const;
   /// Whether a body is rigid: Model::obstacles, until it is released. Throws Error on a body out of range.
   [[nodiscard]] bool is_rigid(Index body) const;
-  /// The present ties.
+  /// The current ties.
   [[nodiscard]] std::vector<Tie> ties() const;
   /// (n_points) the motion of each point, or -1.
   [[nodiscard]] std::span<const Index> motion_of_points() const;
@@ -106,22 +106,22 @@ class Simulation {
   /// motion with this single keyframe about the same center. Its time is ignored. Throws Error, and changes
   /// nothing, as set_motion() does. O(1).
   void move_to(Index number, const Keyframe& pose);
-  /// The present motion with this number. Throws Error on a number out of range.
+  /// The current motion with this number. Throws Error on a number out of range.
   [[nodiscard]] const Motion& motion(Index number) const;
   /// Sets the force (N) on a point from the next step on; replaces the one set before (at first that of
   /// Model::forces), and zero removes it. It adds to all other loads of the model. Throws Error on a point
   /// out of range and a force that is not finite.
   void set_force(Index point, const Vec3& force);
-  /// The same for many points: forces[i] on points[i]; for a repeated point the last one holds. Throws Error,
-  /// and changes nothing, where one is out of range or not finite, or lengths differ. O(points).
+  /// set_force() for many points: forces[i] on points[i]; for a repeated point the last one holds. Throws
+  /// Error, and changes nothing, if one is out of range or not finite, or lengths differ. O(points).
   void set_forces(std::span<const Index> points, std::span<const Vec3> forces);
   /// Sets a pressure (Pa, against the outward normal) on surface triangles from the next step on; replaces
   /// the one set before, and 0 removes it. It follows the surface, and adds to the model's loads. Throws
   /// Error, and changes nothing, on a triangle out of range, one of a rigid body, and a pressure that is not
   /// finite. O(triangles).
   void set_pressure(std::span<const Index> triangles, double pressure);
-  /// The same with a pressure for each: pressures[i] on triangles[i]; for a repeated triangle the last one
-  /// holds. Throws Error also where lengths differ.
+  /// Sets a pressure for each triangle: pressures[i] on triangles[i]; for a repeated triangle the last one
+  /// holds. Throws Error also if lengths differ.
   void set_pressure(std::span<const Index> triangles, std::span<const double> pressures);
   /// Sets positions of points (m), values[i] to points[i], and detects the contacts there. Throws Error, and
   /// changes nothing, on a point out of range, a prescribed one, one of a rigid body (it would deform: give
@@ -163,14 +163,15 @@ class Simulation {
   /// Force and torque on a body by contacts during the last step, about its centre of mass or another point.
   /// Arms are those at positions(). Throws Error on a body out of range. O(contacts).
   [[nodiscard]] Wrench contact_wrench(Index body) const;
-  /// The same about a given point, m. Throws Error also on a point that is not finite.
+  /// Force and torque on a body, about a given point, m. Throws Error also on a point that is not finite.
   [[nodiscard]] Wrench contact_wrench(Index body, const Vec3& about) const;
-  /// The same for each two bodies in contact, sorted by (body_a, body_b), torques about the centre of mass of
-  /// body_b. O(contacts log).
+  /// Force and torque between each two bodies in contact, sorted by (body_a, body_b). Torques are about the
+  /// centre of mass of body_b. O(contacts log).
   [[nodiscard]] std::vector<PairWrench> pair_wrenches() const;
-  /// The same with all torques about a given point, m. Throws Error on a point that is not finite.
+  /// pair_wrenches() with all torques about a given point, m. Throws Error on a point that is not finite.
   [[nodiscard]] std::vector<PairWrench> pair_wrenches(const Vec3& about) const;
-  /// The same as loads on the surface triangles at positions(). O(contacts + triangles).
+  /// The contact forces of the last step as loads on the surface triangles at positions(). O(contacts +
+  /// triangles).
   [[nodiscard]] SurfaceTractions tractions() const;
   /// Force of each of ties() on its point during the last step, N: (n_ties x 3). The tet feels the opposite.
   [[nodiscard]] std::span<const Vec3> tie_forces() const;
@@ -184,14 +185,14 @@ class Simulation {
   void record_reactions(bool on);
   /// Reaction force at each fixed or prescribed point during the last step, N: (n_points x 3), zero at free
   /// points. It balances the weight and inertia of the point, and the forces of tissue, contacts, ties, grabs
-  /// and loads on it. For points with fixed axes it is the force along these axes. Throws Error where the
+  /// and loads on it. For points with fixed axes it is the force along these axes. Throws Error if the
   /// last step did not compute them.
   [[nodiscard]] std::span<const Vec3> reactions() const;
   /// Sum of reactions() over the points of a body, with the torque at positions(). Throws Error as
   /// reactions() does, on an index out of range and on a point that is not finite. O(points).
   [[nodiscard]] Wrench reaction_of_body(Index body, const Vec3& about) const;
-  /// The same over the points on a motion: the force and torque of its motor, for the body and the tissue
-  /// attached to it.
+  /// Sum of reactions() over the points on a motion, with the torque at positions(): the force and torque of
+  /// its motor, for the body and the tissue attached to it.
   [[nodiscard]] Wrench reaction_of_motion(Index motion, const Vec3& about) const;
   /// Centre of mass of a body at positions(). Throws Error on a body out of range. O(points of the body).
   [[nodiscard]] Vec3 center_of_mass(Index body) const;
@@ -199,13 +200,14 @@ class Simulation {
   /// \param memory  a state that is no longer needed, for example the last one: its arrays are used again, so
   ///   a loop allocates nothing
   [[nodiscard]] TissueState tissue(TissueState memory = {}) const;
-  /// The same for each point: (n_points), means over the tets around it, weighted by their volumes at rest.
+  /// Strain and stress of each point: (n_points), means over the tets around it, weighted by their volumes
+  /// at rest.
   /// Stress is not averaged over different materials: only tets of the material with the most volume at the
   /// point are used (of equal ones the first). Quantities derived from the stress are derived from its mean.
   /// For callers who need tissue() too, `of_tets` saves computing the strain of the tets again. O(tets),
   /// parallel.
   [[nodiscard]] TissueState tissue_at_points() const;
-  /// The same from the result of tissue(). Throws Error on a different number of rows.
+  /// tissue_at_points() from the result of tissue(). Throws Error on a different number of rows.
   [[nodiscard]] TissueState tissue_at_points(const TissueState& of_tets, TissueState memory = {}) const;
   /// Mass of each point, kg: (n_points).
   [[nodiscard]] std::span<const double> point_masses() const;

@@ -77,7 +77,7 @@ class SimulationBody:
 
     @property
     def center_of_mass(self) -> _arrays.Floats:
-        """(3) present centre of mass, m."""
+        """(3) current centre of mass, m."""
         return self._simulation.center_of_mass(self._number)
 
     def move_to(self, pose: ArrayLike | _core.Keyframe, quaternion: ArrayLike | None = None) -> None:
@@ -104,12 +104,12 @@ class SimulationBody:
             self._simulation._release_points(self._of_all(points))
 
     def fix(self, points: ArrayLike | None = None) -> None:
-        """Fixes its points (indices or a mask; None: all of them) at their present places until release()."""
+        """Fixes its points (indices or a mask; None: all of them) at their current positions until release()."""
         self._simulation._fix(self._of_all(points))
 
     def move(self, motion: _core.Motion, points: ArrayLike | None = None) -> int:
-        """Lets its points (indices or a mask; None: all of them) follow a motion from their present places; its times
-        are those of the simulation. Returns its number, for Simulation.move_prescribed() and similar functions.
+        """Lets its points (indices or a mask; None: all of them) follow a motion from their current positions; its times
+        are simulation times. Returns its number, for Simulation.move_prescribed() and similar functions.
         """
         return self._simulation._move(self._of_all(points), motion)
 

@@ -52,7 +52,7 @@ def _call_pickled(call: bytes) -> Any:
 
 
 def pickled_call(function: Callable[[Any], Any], job: Any) -> bytes:
-    """A call as bytes; with cloudpickle, functions of notebooks and lambdas are sent as code. Raises Error where the
+    """A call as bytes; with cloudpickle, functions of notebooks and lambdas are sent as code. Raises Error if the
     job cannot be sent to another process.
     """
     try:
@@ -90,7 +90,7 @@ def _has_cloudpickle() -> bool:
 
 
 def _starts_alone() -> contextlib.AbstractContextManager[None]:
-    """How workers start: without the program if cloudpickle sends all functions, else with it, since they go by name."""
+    """How workers start: without the program if cloudpickle sends all functions, otherwise with it, because they are sent by name."""
     return _unknown_main() if _has_cloudpickle() else contextlib.nullcontext()
 
 

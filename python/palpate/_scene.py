@@ -16,7 +16,7 @@ from ._settings import scene_text
 
 
 def read_scene(scene: str | os.PathLike[str]) -> dict[str, Any]:
-    """A scene file as a mapping with all settings; the keys are those of docs/scene.md.
+    """A scene file as a mapping with all settings; docs/scene.md lists the keys.
 
     Paths of mesh files are made absolute, so that the mapping can be changed, saved elsewhere, and given to Simulation,
     World.from_scene() and sweep(). Raises Error if it is no scene.
@@ -224,8 +224,8 @@ class Model(_core.Model):
         self._load_surface(number, chosen, pressure, force, ramp)
 
     def grab(self, body: int | str, point: int, target: ArrayLike, stiffness: float) -> None:
-        """A critically damped spring, N/m, from a point of a body (index in the body) to a place in space, m. It becomes
-        one of Simulation.grabs.
+        """A critically damped spring, N/m, from a point of a body (index in the body) to a position in space, m. It
+        becomes one of Simulation.grabs.
         """
         number = self._soft(body, "Model.grab")
         self._grab(number, point, _arrays.vector(target, "target"), stiffness)

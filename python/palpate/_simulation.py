@@ -179,8 +179,8 @@ class Simulation(_core.Simulation):
         progress: shows a bar of tqdm.
 
         Warns with NotConverged where steps did not converge (steps_not_converged counts them).
-        Ctrl-C ends it after the present step, with KeyboardInterrupt; the simulation is at the end of that step. Raises
-        Error where the simulation blows up; its state is then that of the last good step.
+        Ctrl-C ends it after the current step, with KeyboardInterrupt; the simulation is at the end of that step. Raises
+        Error if the simulation blows up; its state is then that of the last good step.
         """
         if callback is not None and not callable(callback):
             raise Error("Simulation.run", "callback", type(callback).__name__, "a function, or None")
@@ -248,7 +248,7 @@ class Simulation(_core.Simulation):
 
     def tie(self, points: ArrayLike, to: int | str, *, stiffness: float | None = None) -> None:
         """Ties points (indices or a mask, of all points) by springs to the nearest tets of another body, at their
-        present positions. stiffness: of each, N/m; None: that of a contact between the two.
+        current positions. stiffness: of each, N/m; None: that of a contact between the two.
         """
         self._tie(self._points(points), self.body_number(to), stiffness)
 
@@ -394,7 +394,7 @@ class Simulation(_core.Simulation):
         return self._reaction_of_motion(number, _arrays.vector(about, "about"))
 
     def field(self, name: Field, *, of: Literal["points", "tets"] = "points") -> _arrays.Floats:
-        """A field of all bodies at present, by its name in scenes and frames (`output.fields`). (n) or
+        """A field of all bodies at the current positions, by its name in scenes and frames (`output.fields`). (n) or
         (n, components), n points or tets. Symmetric tensors have xx, yy, zz, xy, yz, xz; SI units, or those of a scene.
 
         Of points and tets, of tissue:
@@ -409,7 +409,7 @@ class Simulation(_core.Simulation):
         return self._field(name, of == "tets")
 
     def center_of_mass(self, body: int | str) -> _arrays.Floats:
-        """(3) present centre of mass of a body, m."""
+        """(3) current centre of mass of a body, m."""
         return np.array(self._center_of_mass(self.body_number(body)))
 
     def _about(self, body: int, about: ArrayLike | None) -> tuple[float, float, float]:
@@ -451,14 +451,14 @@ class Simulation(_core.Simulation):
         return self._grab_wrench(number, self._about(number, about))
 
     def grab(self, point: int, target: ArrayLike, stiffness: float) -> Grab:
-        """Pulls a point (of all points) by a spring, N/m, to a place, m, from the next step on.
+        """Pulls a point (of all points) by a spring, N/m, to a position, m, from the next step on.
 
         The spring is damped critically against the mass of the point. Returns a Grab, to move and release it.
         """
         return Grab(self, self._grab(point, _arrays.vector(target, "target"), stiffness))
 
     def to_pyvista(self, fields: Sequence[Field] = ()) -> pyvista.UnstructuredGrid:
-        """All bodies at present as a grid of pyvista, with `body`, `velocity` and the depth of contacts.
+        """All bodies at the current positions as a grid of pyvista, with `body`, `velocity` and the depth of contacts.
 
         fields: names of fields to add (`output.fields` in docs/scene.md): those of tissue as data of cells and points,
         those of contacts and reactions as data of points. Symmetric tensors have six components: xx, yy, zz, xy, yz, xz.

@@ -83,7 +83,7 @@ def run_job(job: Job) -> Row:
 
 
 def _told(error: Exception) -> str:
-    """An error in one line; for the caller's functions with the place where it was raised."""
+    """An error in one line; for the caller's functions with the line where it was raised."""
     if isinstance(error, Error):
         return str(error)
     here = os.path.dirname(__file__)
@@ -161,7 +161,7 @@ class Store:
         return row if isinstance(row, dict) else None
 
     def write(self, key: str, row: Row) -> None:
-        """Keeps a row: written beside its place and renamed."""
+        """Keeps a row: written under a temporary name and renamed."""
         beside = f"{self._file(key)}.{os.getpid()}.part"
         with open(beside, "w", encoding="utf-8") as stream:
             json.dump(row, stream, indent=1, default=str)
@@ -253,7 +253,7 @@ def sweep_rows(
     client: Any = None,
     progress: bool = False,
 ) -> list[Row]:
-    """Like sweep(), with a list of mappings in place of a DataFrame; needs no pandas."""
+    """Like sweep(), with a list of mappings instead of a DataFrame; needs no pandas."""
     base = scene_dict(scene_of(scene))
     samples = _samples(parameters)
     steps = None if steps is None else _arrays.integer(steps, "steps")
@@ -325,13 +325,13 @@ def sweep(
     interrupted study continues. None keeps nothing.
     retry_failed: whether kept runs that failed are made again.
     workers: processes on this machine, None for one a core. threads: of each run.
-    client: a dask.distributed Client in place of them; its workers need palpate and must see the mesh files.
+    client: a dask.distributed Client instead of them; its workers need palpate and must see the mesh files.
     progress: shows a bar of tqdm.
 
     Columns: the parameters; status ("done" or "failed"), error (a line) and traceback (of a function of yours that raised); steps, time, at_rest, contacts, deepest, steps_not_converged,
     inverted_tets (at the end), most_inverted_tets, energies, state_hash and seconds; the scene's outcomes at the end (NAME) and at the ends of stages (STAGE.NAME), and warnings of stages; what `measure` returned. `apply` and `measure` are sent to other processes, by
     cloudpickle where it is installed: functions of a notebook, lambdas and local functions will do. A run whose worker process dies is made again, three times at most.
-    Ctrl-C ends the study; what is finished is in `folder`. Raises Error where the scene is bad as it is. Warns, in a
+    Ctrl-C ends the study; what is finished is in `folder`. Raises Error if the scene is bad as it is. Warns, in a
     line, where runs failed: how many, and the first error.
     """
     try:

@@ -40,7 +40,7 @@ def _pairs_of(array: NDArray[Any], count: int) -> list[tuple[int, int]]:
 class World(_core.World):
     """Bodies of tets whose contacts are detected frame by frame, for programs that move the bodies themselves.
 
-    Add the bodies once, then give all points to update() in each frame. The contacts are those of exact arithmetic and
+    Add the bodies once, then give all points to update() in each frame. The contacts equal those of exact arithmetic and
     have the same bits for every structure, order, sort and number of threads. A world keeps data of the last frame, so
     that frames with little motion are faster.
 

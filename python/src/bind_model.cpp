@@ -111,7 +111,7 @@ void bind_model(nb::module_& m) {
   bind_motion(m);
   bind_material(m);
   nb::class_<Model> bound(m, "Model", doc::Model);
-  refuse_pickling(bound, "make it anew there, or send the scene that it is made of");
+  refuse_pickling(bound, "build it again there, or send the scene that it is made of");
   bound.def(nb::init<>())
       .def(
           "__init__",

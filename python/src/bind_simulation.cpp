@@ -155,7 +155,7 @@ void bind_simulation(nb::module_& m) {
           "Of each stage that is over its last step, and whether its condition was met.")
       .def_prop_ro(
           "stage_warnings", [](Simulation& s) { return s.stages().warnings(); },
-          "What is to be told of stages that are over, a line each: a condition that was not met, and a body "
+          "Warnings of the stages that have ended, a line each: a condition that was not met, and a body "
           "that was put into a rigid one, as a plate into bone.")
       .def(
           "_outcomes", [](Simulation& s) { return outcome_rows(s, s.outcomes().values(s.idle())); },

@@ -83,7 +83,7 @@ void bind_bodies(nb::module_& m) {
 void bind_world(nb::module_& m) {
   bind_bodies(m);
   nb::class_<World> bound(m, "World", doc::World);
-  refuse_pickling(bound, "make it anew in the other process");
+  refuse_pickling(bound, "build it again in the other process");
   bound
       .def(
           "__init__",

@@ -23,7 +23,7 @@ void check_material(const Material& material) {
     describe(reader, copy);
     reader.finish();
     fem::check_material(material, source);
-  } catch (const Error& error) {  // an error of the writer: its source is the scene
+  } catch (const Error& error) {  // errors of the writer name the scene as their source: name the material
     throw Error(source, error.where(), error.found(), error.expected());
   }
 }

@@ -30,9 +30,9 @@ class Simulation {
   void step();
   /// Changes constraints, ties and loads from now on.
   void change(const ModelChange& change);
-  /// Adds a motion of these points from their present positions; returns its number.
+  /// Adds a motion of these points from their current positions; returns its number.
   Index move(std::vector<Index> points, Motion motion);
-  /// Ties points to the nearest tets of another body, at their present positions.
+  /// Ties points to the nearest tets of another body, at their current positions.
   void tie(const std::vector<Index>& points, Index to, std::optional<double> stiffness);
   /// Cuts all ties between two bodies; returns their number.
   Index untie(Index a, Index b);
@@ -51,19 +51,19 @@ class Simulation {
   [[nodiscard]] std::int64_t steps_not_converged() const { return steps_not_converged_; }
   /// Largest StepMetrics::inverted_tets after a step of this object.
   [[nodiscard]] std::int64_t most_inverted_tets() const { return most_inverted_tets_; }
-  /// The contacts at the present positions. Later steps do not change the result.
+  /// The contacts at the current positions. Later steps do not change the result.
   std::shared_ptr<const Contacts> contacts();
-  /// Crossings of border edges at the present positions.
+  /// Crossings of border edges at the current positions.
   std::shared_ptr<const Crossings> crossings();
-  /// Surface edges that pass through a body with both ends outside, at the present positions. A copy.
+  /// Surface edges that pass through a body with both ends outside, at the current positions. A copy.
   EdgeContacts edge_contacts();
 
   /// The contacts of the last step with their forces, weights in the order of corners of the given mesh.
   ContactForces acting_contacts();
-  /// Strain and stress of the tets. Releases Python's lock. The next call uses the arrays again where Python
-  /// has dropped them: else glibc gives them back to the system each time, which costs a third of the work.
+  /// Strain and stress of the tets. Releases Python's lock. The next call uses the arrays again if Python has
+  /// dropped them: otherwise glibc may return them to the system each time, which costs a third of the work.
   std::shared_ptr<TissueState> tissue();
-  /// The same of the points, from that of the tets where it is given.
+  /// Strain and stress of the points; computed from `of_tets` if it is given.
   std::shared_ptr<TissueState> tissue_at_points(const TissueState* of_tets);
   /// Numbers of the motions of prescribed points of a body, ascending.
   [[nodiscard]] std::vector<Index> prescribed_of(Index body);

@@ -26,7 +26,7 @@ class World {
   void set_ignored_pairs(std::vector<std::array<Index, 2>> pairs);
   void update(std::span<const Vec3> positions);
 
-  /// The present bodies; a later add() does not change the result.
+  /// The current bodies; a later add() does not change the result.
   [[nodiscard]] std::shared_ptr<const Bodies> bodies() const { return bodies_; }
   /// The contacts of the last update(). Later updates do not change the result. Moved from the detector
   /// without a copy.

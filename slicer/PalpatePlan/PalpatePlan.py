@@ -144,7 +144,7 @@ class PalpatePlanWidget(ScriptedLoadableModuleWidget):
                 self.tissues.setItem(row, column, qt.QTableWidgetItem(text))
 
     def wanted(self):
-        """The plan that the widgets show. Raises ValueError where a number is none."""
+        """The plan that the widgets show. Raises ValueError if a number is none."""
         found = []
         for row in range(self.tissues.rowCount):
             name, rigid, modulus, ratio, density = (self.tissues.item(row, column).text() for column in range(5))

@@ -8,7 +8,7 @@
 
 namespace palpate::anatomy {
 
-/// Throws Error naming the function where a length is out of range.
+/// Throws Error naming the function if a length is out of range.
 struct MillimetreCheck {
   const char* function;
 

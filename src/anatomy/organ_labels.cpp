@@ -13,7 +13,7 @@ namespace {
 
 using Shapes = std::vector<std::pair<std::string, Distance>>;
 
-/// The organs in the cavity except fat. If several contain a place, the first one counts.
+/// The organs in the cavity except fat. If several contain a position, the first one counts.
 Shapes inner_organs() {
   Shapes all{{"bulb", bulb_shape()}};
   for (const auto& [name, angle] : eye_recti) all.emplace_back(name, rectus_shape(angle, 0.0));

@@ -32,7 +32,7 @@ struct FloorDefect {
 
 /// An orbit over a maxillary sinus, for the repair of a fracture of its floor: bulb, recti, nerve, fat,
 /// fragment, floor (where the tissue is lifted from the bone) and bone; no skin, no plate. `edge` as above.
-/// Throws Error where it or the defect is out of range. O(cubes).
+/// Throws Error if it or the defect is out of range. O(cubes).
 OrganLabels orbit_labels(double edge, const FloorDefect& defect);
 
 }  // namespace palpate::anatomy

@@ -31,7 +31,7 @@ struct OrbitPlate {
       0.6;  ///< height of its lower side over the floor, mm, in [0, 5]; for a flat plate the smallest height
 };
 
-/// Of cells of about 1.2 mm, so that the length is a multiple of their edge. Throws Error where an option is
+/// Of cells of about 1.2 mm, so that the length is a multiple of their edge. Throws Error if an option is
 /// out of range.
 TetMesh make_orbit_plate(const OrbitPlate& options);
 

@@ -28,7 +28,7 @@ struct StuffingOptions {
 /// of it may be lost; of several parts only the one with the most tets is kept.
 ///
 /// Deviation: a cut is the zero that bisection finds on a lattice edge whose ends differ, not that of an
-/// interpolation. Throws Error where the options are out of range or nothing of the shape is found. O(lattice
+/// interpolation. Throws Error if the options are out of range or nothing of the shape is found. O(lattice
 /// points + cuts).
 TetMesh stuff(const Distance& shape, const StuffingOptions& options);
 

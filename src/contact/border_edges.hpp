@@ -19,7 +19,7 @@ class BorderEdges {
  public:
   explicit BorderEdges(const Bodies& bodies);
 
-  /// Finds both groups. O(contacts x edges at a point), parallel.
+  /// Finds the border edges and the links. O(contacts x edges at a point), parallel.
   /// \param without  (n_contacts) nonzero for contacts whose border edges are left out; empty: none
   void find(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
             const ContactTable& table, std::span<const std::uint8_t> without = {});

@@ -23,7 +23,7 @@ namespace palpate {
 
 /// Point-in-volume query for the compact grid (docs/query.md): looks up the points around clusters of tets,
 /// and tests each point against all tets of a cluster at once, in float with an error bound. The exact
-/// predicate decides the rest, so the result is that of PointsInTets.
+/// predicate decides the rest, so the result equals that of PointsInTets.
 class ClusterQuery {
  public:
   explicit ClusterQuery(const Bodies& bodies, const simd::ClusterKernels& kernels = simd::cluster_kernels())

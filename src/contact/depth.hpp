@@ -114,7 +114,7 @@ class DepthEstimate {
     std::vector<Beside> beside;         ///< (n_points)
     std::vector<Vec3> normals;          ///< (n_points)
   };
-  /// Why depth or direction of a contact is that of the nearest surface point.
+  /// Why depth or direction of a contact comes from the nearest surface point.
   enum Source : std::uint8_t { from_planes, no_border, raised, cancelled };
 
   static constexpr std::size_t contacts_of_search = 64;  ///< contacts of a chunk in searches

@@ -22,7 +22,8 @@ constexpr double enough_certainty = 0.7;
 /// If the end of the exit along the mean plane is this deep, in lengths of that exit, the mean has weight
 /// zero.
 constexpr double lost_at = 2.0;
-/// The same limit for a direction to count as uncertain: the nearest surface may then change discontinuously.
+/// Depth of the end of the exit, in lengths of that exit, from which a direction counts as uncertain: the
+/// nearest surface may then change discontinuously.
 constexpr double uncertain_at = 0.3;
 /// Faces up to this multiple of the nearest distance are included, so that the end of the exit moves
 /// continuously over edges.

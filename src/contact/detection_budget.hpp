@@ -20,7 +20,7 @@ namespace palpate {
 /// undone.
 class DetectionBudget {
  public:
-  /// Throws Error where the budget is not exactly one number > 0, or detection does not use clusters.
+  /// Throws Error if the budget is not exactly one number > 0, or detection does not use clusters.
   DetectionBudget(const DetectionSettings& settings, std::size_t bodies);
 
   /// Call at the start of a detection that may spend `fraction` of the budget. A time limit does not apply to

@@ -20,7 +20,7 @@ class DetectorSteps {
   /// Clusters of the surfaces of all bodies; valid as long as the detector. Null without edge contacts.
   [[nodiscard]] static const SurfaceNormals* normals(const Detector& detector);
   /// Holds the results of the last detection during further ones, and the state that the next detection
-  /// depends on. O(clusters) with a budget, else O(1).
+  /// depends on. O(clusters) with a budget, otherwise O(1).
   static void hold(Detector& detector);
   /// After hold(): makes the held results those of the last detection again. No detection is made, since
   /// approximate mode and budgets could find other contacts. The next detection then gives the same result as

@@ -7,7 +7,7 @@
 namespace palpate {
 namespace {
 
-constexpr double here = 1e-15;  // parameter of a crossing at the point itself, to rounding
+constexpr double here = 1e-15;  // parameter of a crossing at the point itself, up to rounding
 
 struct SurfacePlane {
   Vec3 normal;

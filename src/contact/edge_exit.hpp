@@ -31,7 +31,7 @@ struct EdgeExit {
   /// The usual case, with the normal of the surface at the crossing.
   EdgeExit(const Vec3& edge, const Crossing& crossing, const Vec3& surface_normal);
 
-  /// Sum of 1 / parameter^2 - 1 + link_weight of the crossings, by their fractions; 1 where at_point.
+  /// Sum over the crossings of fraction * (1 / parameter^2 - 1 + link_weight); 1 if at_point.
   double weight = 0.0;
   double depth = 0.0;     ///< weighted sum of distances to the planes
   Vec3 normal;            ///< weighted sum of normals

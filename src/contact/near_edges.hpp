@@ -18,7 +18,7 @@ namespace palpate {
 /// An edge of one of two clusters, and the triangles of the other one that are near it.
 struct NearEdge {
   std::uint8_t side;       ///< 0: an edge of the first cluster, 1: of the second
-  std::uint8_t place;      ///< among the edges of its cluster
+  std::uint8_t place;      ///< index among the edges of its cluster
   std::uint16_t near;      ///< bits of triangles within the margin
   std::uint16_t touching;  ///< bits of those that may touch it; an exact test decides
   float apart;             ///< lower bound of the distance from each near one, m; 0 if one may touch

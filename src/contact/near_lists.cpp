@@ -135,7 +135,7 @@ void NearLists::find_fast_bodies(const parallel::Threads& threads, const Bodies&
 void NearLists::mark_stale(std::span<const Cluster> clusters) {
   stale_.clear();
   for (std::size_t c = 0; c < clusters.size(); ++c) {
-    // The box contains all places where the cluster can be at present.
+    // The box contains all positions that the cluster can have now.
     const bool is_stale =
         at(is_fast_, clusters[c].body) != 0 ||
         std::any_of(fast_.begin(), fast_.end(), [&](const ClusterBox& f) { return meet(f, boxes_[c]); });

@@ -14,7 +14,7 @@ namespace palpate {
 /// For each cluster of tets, the points that may enter it while no point of the scene is further than the
 /// allowed motion from its reference along any axis (docs/query.md, "Coherence"). The reference is the frame
 /// for which the lists were made. A body with a point further away is stale, and so are the clusters near its
-/// present points. Lists of other clusters stay valid.
+/// current points. Lists of other clusters stay valid.
 class NearLists {
  public:
   NearLists(const Bodies& bodies, std::size_t clusters);
@@ -69,7 +69,7 @@ class NearLists {
   std::vector<Cluster> stale_;
   std::vector<std::uint8_t> is_stale_;  ///< (n_clusters)
   std::vector<std::uint8_t> is_fast_;   ///< (n_bodies)
-  /// Boxes around the present points of fast bodies; one box for all of them if there are many.
+  /// Boxes around the current points of fast bodies; one box for all of them if there are many.
   std::vector<simd::ClusterBox> fast_;
 };
 

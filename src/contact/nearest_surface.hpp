@@ -24,8 +24,8 @@ struct SurfacePoint {
 /// Outward unit normal of a face of a tet; zero where it has no area.
 Vec3 face_normal(const Bodies& bodies, std::span<const Vec3> positions, Index tet, std::size_t opposite);
 
-/// Nearest point of a triangle: the projection onto its plane if that is inside, else a point on the nearest
-/// edge.
+/// Nearest point of a triangle: the projection onto its plane if that is inside, otherwise a point on the
+/// nearest edge.
 Vec3 nearest_on_triangle(const Vec3& p, const std::array<Vec3, 3>& triangle);
 
 /// Whether a triangle with this normal has a point nearer than `radius`; its plane must be within `radius`.
@@ -36,10 +36,10 @@ bool is_nearer(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c, const
 /// contains the point, through all faces that are near enough. Keeps its memory between searches; use one
 /// object for each thread.
 ///
-/// If the tets of a body do not overlap, the nearest point found is that of its whole surface, because the
-/// straight path to it stays in the body. If they do (tissue folded onto itself), it is the nearest exit of
-/// the layer that contains the point, and not the surface of another layer nearby. In self-contact, the tets
-/// and triangles at the searching point itself (`without`, else -1) are left out.
+/// If the tets of a body do not overlap, the nearest point found is the nearest of its whole surface, because
+/// the straight path to it stays in the body. If they do (tissue folded onto itself), it is the nearest exit
+/// of the layer that contains the point, and not the surface of another layer nearby. In self-contact, the
+/// tets and triangles at the searching point itself (`without`, otherwise -1) are left out.
 class ExitSearch {
  public:
   /// Reserves memory for a search near a surface, so that later steps allocate none.

@@ -35,7 +35,7 @@ class PairTaker {
 
  private:
   [[nodiscard]] bool is_inside(const PointInTet& pair) const;
-  /// The same for a point of the tet's own body.
+  /// Whether a pair of a point and a tet of its own body is a contact.
   bool is_folded(const PointInTet& pair, Index body);
 
   const PairContext& context_;

@@ -31,7 +31,7 @@ void PlaneCache::choose_none() {
   spared_ = 0;
 }
 
-/// Computes the cached plane at its present position, relative to the point. Returns false if it is no longer
+/// Computes the cached plane at its current position, relative to the point. Returns false if it is no longer
 /// valid. The plane's covector keeps its products with the edges of the tet, so the products of the plane
 /// with points of the tissue stay the same.
 bool PlaneCache::follow(const CachedPlanes& planes, std::size_t row, Index point, const Bodies& bodies,

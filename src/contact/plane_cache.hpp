@@ -57,7 +57,7 @@ class PlaneCache {
   }
   /// Number of contacts that do not compute their plane.
   [[nodiscard]] std::size_t spared() const { return spared_; }
-  /// The cached plane at its present position; null: none.
+  /// The cached plane at its current position; null: none.
   [[nodiscard]] const PenetrationPlane* plane(std::size_t contact) const {
     return sources_.empty() || planes_[contact].direction == Vec3{} ? nullptr : &planes_[contact];
   }

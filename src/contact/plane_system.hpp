@@ -46,7 +46,7 @@ class PlaneSystem {
   /// the node's length; or after `most` iterations; or at the deadline. Returns the number of iterations.
   /// Parallel; without a deadline the same bits for every thread count.
   int solve(const parallel::Threads& threads, double tolerance, int most, const Deadline& deadline);
-  /// The same if all normals of the residuals are zero, so that those of the corrections are zero, too.
+  /// solve() for residuals whose normals are all zero. The normals of the corrections are then zero, too.
   int solve_offsets(const parallel::Threads& threads, double tolerance, int most, const Deadline& deadline);
   [[nodiscard]] std::span<const Plane> corrections() const { return corrections_; }
 

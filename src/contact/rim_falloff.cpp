@@ -112,7 +112,7 @@ double RimFalloff::scale(const Bodies& bodies, std::span<const Vec3> positions, 
                     cache.rest_of_point[c] == of_point.number && cache.rest_of_tet[c] == of_tet.number;
   const bool is_clear = same && cache.state[c] == RimCache::clear;
   if (is_clear && length(direction - cache.direction[c]) <= max_rotation) return 1.0;
-  // The motion counts twice: from the cached position to the record, and from the record to the present
+  // The motion counts twice: from the cached position to the record, and from the record to the current
   // position.
   const double by_tet = 2.0 * slack * at(moved_, body);
   const double by_point = 2.0 * slack * at(moved_, body_of_point);

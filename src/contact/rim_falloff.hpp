@@ -47,7 +47,7 @@ class RimFalloff {
   /// thread.
   [[nodiscard]] double scale(const Bodies& bodies, std::span<const Vec3> positions, const Contacts& contacts,
                              std::size_t c, ExitSearch& search, RimCache& cache) const;
-  /// The same for a point in `tet` that leaves the tet's body along `direction`, without the cache.
+  /// The scale for a point in `tet` that leaves the tet's body along `direction`, without the cache.
   [[nodiscard]] double scale(const Bodies& bodies, std::span<const Vec3> positions, Index point, Index tet,
                              const Vec3& direction, ExitSearch& search) const;
 

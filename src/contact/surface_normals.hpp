@@ -38,11 +38,11 @@ class SurfaceNormals {
   /// Unit normal at x, a point of a triangle; zero where the triangle and all around it have no area.
   [[nodiscard]] Vec3 at_point(const Bodies& bodies, std::span<const Vec3> positions, Index triangle,
                               const Vec3& x) const;
-  /// The same for many points, with the same bits.
+  /// at_point() for many points, with the same bits.
   void at_points(const Bodies& bodies, std::span<const Vec3> positions, std::span<const TrianglePoint> points,
                  std::span<Vec3> normals) const;
 
-  /// The same at given positions, without update() and with the same bits. O(triangles at the corners).
+  /// at_point() at given positions, without update() and with the same bits. O(triangles at the corners).
   [[nodiscard]] Vec3 at_point_now(const Bodies& bodies, std::span<const Vec3> positions, Index triangle,
                                   const Vec3& x) const;
 

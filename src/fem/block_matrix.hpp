@@ -43,7 +43,7 @@ class BlockMatrix {
   [[nodiscard]] const Elements& elements() const { return *elements_; }
   /// Points of the blocks in a point's row, ascending; empty where it has no row.
   [[nodiscard]] std::span<const std::uint32_t> columns(Index point) const;
-  /// Block `place` of a point's row: with columns(point)[place].
+  /// Block number `place` of a point's row; its column is columns(point)[place].
   [[nodiscard]] Matrix3 block(Index point, std::size_t place) const;
   /// The diagonal of the last assemble() (n_points).
   [[nodiscard]] std::span<const double> diagonal() const { return diagonal_; }

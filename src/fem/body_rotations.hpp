@@ -39,8 +39,8 @@ struct RigidMotion {
 /// force as one of the forces. Then a rigid rotation is exact: size, energy and angular momentum are kept.
 /// Bodies with small rotations get no frame, since a rotated frame costs a pass over all elements.
 ///
-/// The solution may rotate a body beyond its frame. Then points move along arcs of that further angle in
-/// place of straight lines, and their velocities rotate with them. A linear step has no strain from that, so
+/// The solution may rotate a body beyond its frame. Then points move along arcs of that further angle instead
+/// of straight lines, and their velocities rotate with them. A linear step has no strain from that, so
 /// elastic forces do not change. Contacts have an error of up to half the square of the angle, relative to
 /// the body's size. So only larger angles need another frame and another solve.
 class BodyRotations {
@@ -68,7 +68,7 @@ class BodyRotations {
               std::span<const Vec3> velocities);
   /// Whether any body has a rotated frame.
   [[nodiscard]] bool any() const;
-  /// Chooses the bodies whose points move along arcs in place of the straight paths of a solution with these
+  /// Chooses the bodies whose points move along arcs instead of the straight paths of a solution with these
   /// `velocities`: those that straight paths would expand. Returns whether there are any. O(n_points).
   /// \param held  per body, 1 if its points do not move freely: it gets no arcs
   bool set_arcs(const parallel::Threads& threads, std::span<const Vec3> positions,

@@ -103,7 +103,7 @@ void CoarseLevel::list_couplings() {
 }
 
 /// Calls body(entry, block, place) for each pair of Jacobian blocks of a coupling whose first block is at the
-/// node. `place` is the position of the second block's node in the list of nodes found so far.
+/// node. `place` is the index of the second block's node in the list of nodes found so far.
 template <class Body>
 void CoarseLevel::for_each_column(std::size_t node, std::vector<std::uint32_t>& place, Body&& body) {
   std::uint32_t found = 0;
@@ -245,7 +245,7 @@ void CoarseLevel::solve(const parallel::Threads& threads, std::span<CoarseLevel>
   simd::relax_backward(a, right_side_.data(), solution_.data(), 0, size());
   for (int cycle = 1; cycle < cycles; ++cycle) {
     std::ranges::copy(solution_, change_.begin());
-    simd::relax_onward(a, right_side_.data(), solution_.data(), 0, size());
+    simd::relax_forward_from(a, right_side_.data(), solution_.data(), 0, size());
     for (std::size_t i = 0; i < size(); ++i) {
       for (std::size_t k = 0; k < 6; ++k)
         change_[i].values[k] = solution_[i].values[k] - change_[i].values[k];

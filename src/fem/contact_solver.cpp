@@ -14,7 +14,7 @@ constexpr std::size_t contact_grain = 256;
 constexpr double drift_fraction = 0.1;
 /// Safety factor of the error estimate from the changes of the solution (multigrid).
 constexpr double safety = 2.0;
-/// Iterations after which the preconditioner is renewed with the present contacts.
+/// Iterations after which the preconditioner is renewed with the current contacts.
 constexpr int renewal = 16;
 /// A solve that is limited by rounding ends after this number of checks of the true residual.
 constexpr int max_residual_checks = 4;
@@ -119,7 +119,7 @@ void ContactSolver::change_preconditioner(Run& run) {
   change_estimate_.clear();
 }
 
-/// Renews the preconditioner with the present contacts. Keeps the directions.
+/// Renews the preconditioner with the current contacts. Keeps the directions.
 void ContactSolver::renew_preconditioner(Run& run) {
   const auto contacts = run.contacts();
   parallel::for_each(run.threads, contacts.size(), contact_grain, [&](std::size_t k) {
@@ -233,7 +233,7 @@ SolveReport ContactSolver::solve(const parallel::Threads& threads, const Contact
   start(run, goes_on);
   restart(run, true);
   run.size = std::sqrt(run.guess_by_mass);
-  if (reduced_.directions() > 0) reduced_.solve(threads);  // the directions are those of the last call
+  if (reduced_.directions() > 0) reduced_.solve(threads);  // the directions of the last call
   compute_residual(run);
   run.past_residual = run.residual();
   bool begun = false;

@@ -36,7 +36,7 @@ struct ContactProblem {
 /// products. So a step takes as many iterations as one linear solve, or a few times that.
 ///
 /// Memory and the cost of the contacts limit the number of directions. At the limit, the last step and the
-/// last few directions are kept. The preconditioner is renewed with the present contacts every few
+/// last few directions are kept. The preconditioner is renewed with the current contacts every few
 /// iterations. Vectors are in float, by rows, on a residual scaled to about 1; their sum is checked in
 /// double, as in ConjugateGradients. The bits are the same for every thread count. Keeps its memory between
 /// solves.
@@ -92,7 +92,7 @@ class ContactSolver {
   simd::AlignedVector<float> directions_;     ///< z_i, with |z_i|_A = 1
   simd::AlignedVector<float> products_;       ///< A z_i
   simd::AlignedVector<float> base_residual_;  ///< at c = 0, scaled
-  simd::AlignedVector<float> residual_;       ///< at the present c, scaled
+  simd::AlignedVector<float> residual_;       ///< at the current c, scaled
   simd::AlignedVector<float> preconditioned_;
   simd::AlignedVector<float> guess_;  ///< x at c = 0
   simd::AlignedVector<simd::Quad> vector_;

@@ -151,7 +151,7 @@ double ContactSolver::find_rates(const Run& run, std::size_t d) {
   });
 }
 
-/// Stores the impulses of the contacts at the present step (the coefficients c of the directions), minus
+/// Stores the impulses of the contacts at the current step (the coefficients c of the directions), minus
 /// those at c = 0.
 void ContactSolver::put_forces(const Run& run) {
   const std::size_t first = run.problem.couplings.size() - run.problem.laws.size();
@@ -258,7 +258,7 @@ bool ContactSolver::add_direction(Run& run) {
 }
 
 /// Computes totals_: inner products of a new direction z: z^T A z_k and z^T M z_k for each z_k, and with the
-/// residual at c = 0, the guess (by mass) and the present residual.
+/// residual at c = 0, the guess (by mass) and the current residual.
 void ContactSolver::add_products(const Run& run, std::size_t d) {
   const std::size_t slices = values_ / simd::slice_values;
   const std::size_t chunks = parallel::chunk_count(slices, slice_grain);

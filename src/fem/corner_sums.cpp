@@ -15,7 +15,7 @@ constexpr std::size_t point_grain = 256;
 
 CornerSums::CornerSums(std::span<const Tet> corners, std::size_t point_count) {
   constexpr std::uint32_t none = 0xffffffffU;
-  std::vector<std::uint32_t> part_of_point(point_count, none);  // index of each point in the present chunk
+  std::vector<std::uint32_t> part_of_point(point_count, none);  // index of each point in the current chunk
   std::vector<std::vector<std::uint32_t>> parts(point_count);
   std::uint32_t count = 0;
   for (std::size_t first = 0; first < corners.size(); first += chunk) {

@@ -88,7 +88,7 @@ class CouplingSystem {
   std::vector<Index> begin_;               ///< (n_points + 1) into entries_
   std::vector<Index> next_;
   std::vector<Entry> entries_;  ///< by point, couplings ascending
-  // The same data in float, by rows.
+  // The terms in float, by rows.
   std::vector<simd::CouplingTerm> terms_;
   std::vector<simd::Quad> row_products_;
   std::vector<Index> row_begin_;

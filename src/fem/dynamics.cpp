@@ -168,7 +168,7 @@ void Dynamics::set_time_step(double time_step) {
 }
 
 /// Sets the guess: dv of the last step, or, if that is zero, dv of free fall, which is then exact at any
-/// tolerance. The solver uses zero in place of a guess that is worse than zero.
+/// tolerance. The solver uses zero instead of a guess that is worse than zero.
 void Dynamics::set_initial_guess(double time_step, const Vec3& gravity) {
   const double changed = parallel::sum(threads_, masses_.size(), partial_, [&](std::size_t i) {
     return velocity_changes_[i] == Vec3{} ? 0.0 : 1.0;

@@ -62,9 +62,9 @@ class Dynamics {
  public:
   using Report = SolveReport;
 
-  /// The first state: positions are those of the bodies at rest, velocities are zero.
+  /// The first state: the bodies are at their rest positions, velocities are zero.
   ///
-  /// \param materials        per body, or per tet; masses and damping of a point are those of its tets
+  /// \param materials        per body, or per tet; masses and damping of a point come from its tets
   /// \param fixed_points     per point, 1 if it does not move
   /// \param obstacle_bodies  per body, 1 if it does not move: its elements are not evaluated
   ///
@@ -90,8 +90,8 @@ class Dynamics {
   /// there, v in the other terms is the rotated velocity, and the rotation adds to x and to v at the end. In
   /// viscous tissue (ViscousElements), f_elastic is the force at the end of the step without a motion, and
   /// the elastic K' is the stiffness over the step. Bodies with hyperelastic tets are linearised again at the
-  /// end of the step until their forces there are those of the linear system, to `tolerance` of the solution:
-  /// Newton's method for implicit Euler (relinearise_tissue()).
+  /// end of the step until their forces there equal the forces of the linear system, to `tolerance` of the
+  /// solution: Newton's method for implicit Euler (relinearise_tissue()).
   ///
   /// \param time_step        h > 0, s
   /// \param gravity          m/s^2, on every mass
@@ -113,14 +113,15 @@ class Dynamics {
 
   /// Keeps positions and velocities of the previous step, which steps of second order need. Off at first.
   void keep_past(bool on);
-  /// Makes the next step BDF2 (Gear's method of second order) in place of implicit Euler:
+  /// Makes the next step BDF2 (Gear's method of second order) instead of implicit Euler:
   ///   M (3 v1 - 4 v0 + v-1) / 2 = h f(x1, v1),  3 x1 - 4 x0 + x-1 = 2 h v1,
   /// which is the step of implicit Euler of length 2 h / 3 from x* = x0 + (x0 - x-1) / 3 and v* = v0 + (v0 -
   /// v-1) / 3. Until end_step() or cancel_step(), positions(), velocities() and step_length() are these, and
-  /// couplings are to be made for them. Call it after prescribe(): points that are not free go on at constant
-  /// velocity. Returns false, and changes nothing, where no step is before this one (keep_past(); none since
-  /// positions, velocities or the state were set), where it had another length, and where a body rotates so
-  /// fast that its frame would rotate with it (BodyRotations). Tissue must not be viscous. O(n_points).
+  /// couplings are to be made for them. Call it after prescribe(): points that are not free continue at
+  /// constant velocity. Returns false, and changes nothing, where no step is before this one (keep_past();
+  /// none since positions, velocities or the state were set), where it had another length, and where a body
+  /// rotates so fast that its frame would rotate with it (BodyRotations). Tissue must not be viscous.
+  /// O(n_points).
   bool start_second_order(double time_step);
   /// Returns to the start of the step after start_second_order(); otherwise does nothing.
   void cancel_step();
@@ -137,8 +138,8 @@ class Dynamics {
 
   /// step() in three parts, for couplings that depend on the velocities at the end of the step (friction):
   /// begin_step(), then solve() after each change of the couplings, from the last solution, then end_step().
-  /// Only end_step() changes positions, velocities and plastic strains. Arguments and errors are those of
-  /// step().
+  /// Only end_step() changes positions, velocities and plastic strains. Arguments and errors are the same as
+  /// for step().
   void begin_step(double time_step, const Vec3& gravity, std::span<const Vec3> external_forces);
   /// The iteration counts of Preconditioner::automatic in earlier solves are part of the state.
   /// \param goal  its lower bounds are set to the norms for gravity and external forces alone, its
@@ -155,7 +156,7 @@ class Dynamics {
   /// O(n_elements), nothing without hyperelastic tets.
   /// \param tolerance  largest relative error of the solution, by mass, due to a difference of these forces
   bool relinearise_tissue(double tolerance);
-  /// Call after relinearise_tissue() has returned true, in place of another solve(). Hyperelastic bodies then
+  /// Call after relinearise_tissue() has returned true, instead of another solve(). Hyperelastic bodies then
   /// end the step at the linearisation point, where the total energy is lower than at the last one.
   void end_where_linearised();
   /// Activations of the fibres of each material (Materials::all) from the next begin_step() on, 0 to 1.
@@ -178,11 +179,11 @@ class Dynamics {
   void end_step();
 
   /// Lists the elements that holding_forces() visits. O(n_elements).
-  void find_held_elements();
+  void find_constrained_elements();
   /// Call between the last solve() and end_step(). Holding forces, without those of couplings (n_points x 3),
   /// N: at each point that is not free, the external force for which Newton's law holds in the discrete form
-  /// of step(). Zero at free points except along held axes. The loads are those of begin_step(). O(n_points +
-  /// elements at such points).
+  /// of step(). Zero at free points except along held axes. The loads are the loads of begin_step().
+  /// O(n_points + elements at such points).
   void holding_forces(const Vec3& gravity, std::span<const Vec3> external_forces,
                       std::span<Vec3> forces) const;
 
@@ -228,9 +229,9 @@ class Dynamics {
 
   /// Sum of m v^2 / 2 over the free points, J.
   [[nodiscard]] double kinetic_energy();
-  /// Elastic energy of all elements at the present positions, J. O(n_elements), with their rotations.
+  /// Elastic energy of all elements at the current positions, J. O(n_elements), with their rotations.
   [[nodiscard]] double elastic_energy();
-  /// Number of elements without a positive volume at the present positions. O(n_elements); computes their
+  /// Number of elements without a positive volume at the current positions. O(n_elements); computes their
   /// rotations unless elastic_energy() was just called.
   [[nodiscard]] std::int64_t inverted_elements();
 
@@ -288,9 +289,9 @@ class Dynamics {
   std::vector<std::uint8_t> free_;
   std::vector<std::uint8_t> rigid_;  ///< (n_bodies)
   AxisHolds holds_;
-  std::vector<std::uint8_t> held_axes_;    ///< (n_points)
-  std::vector<Index> held_elements_;       ///< elements with a corner that is not free along all axes
-  std::vector<std::size_t> held_domains_;  ///< smoothing domains with such a corner
+  std::vector<std::uint8_t> held_axes_;      ///< (n_points)
+  std::vector<Index> constrained_elements_;  ///< elements with a corner that is not free along all axes
+  std::vector<std::size_t> held_domains_;    ///< smoothing domains with such a corner
   BlockMatrix matrix_;
   CouplingSystem couplings_;
   LinearSystem system_;
@@ -342,8 +343,8 @@ class Dynamics {
                                                 ///< ones where points are not free
   double load_impulse_ = 0.0;                   ///< |h (M g + external forces)| over the free points, N s
   double load_scale_ = 0.0;                     ///< mass norm of dv for gravity and external forces alone
-  double time_step_ = 0.0;                      ///< of the present step; belongs to diagonal_ and factors_
-  double duration_ = 0.0;  ///< of the present time step; with BDF2, time_step_ is 2/3 of it
+  double time_step_ = 0.0;                      ///< of the current step; belongs to diagonal_ and factors_
+  double duration_ = 0.0;  ///< of the current time step; with BDF2, time_step_ is 2/3 of it
   bool keeps_past_ = false;
   double past_duration_ = 0.0;         ///< length of the previous step, s
   std::vector<Vec3> past_positions_;   ///< positions at the start of the previous step; or empty
@@ -353,7 +354,7 @@ class Dynamics {
   std::vector<Vec3> start_velocities_;
   int jacobi_iterations_ = 0;              ///< of block Jacobi, which did not suffice
   int jacobi_iterations_of_contacts_ = 0;  ///< the same of contact_solver_, which needs more
-  bool updated_ = false;  ///< elements_ are updated at the present positions and plastic strains
+  bool updated_ = false;  ///< elements_ are updated at the current positions and plastic strains
 };
 
 }  // namespace palpate::fem

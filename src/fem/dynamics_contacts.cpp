@@ -1,4 +1,4 @@
-// Steps with contacts: linear systems while contacts keep their status, else ContactSolver.
+// Steps with contacts: linear systems while contacts keep their status, otherwise ContactSolver.
 #include <algorithm>
 #include <cmath>
 
@@ -17,7 +17,7 @@ constexpr double hopeless_error = 1.0;
 
 }  // namespace
 
-/// Linearises the contacts' couplings at the present velocities.
+/// Linearises the contacts' couplings at the current velocities.
 void Dynamics::linearise_contacts(const ContactSet& contacts) {
   const auto own = contacts.couplings.subspan(contacts.first);
   parallel::for_each(threads_, own.size(), contact_grain, [&](std::size_t c) {

@@ -7,14 +7,14 @@
 // Forces that hold the points that are not free, or not free along all axes.
 namespace palpate::fem {
 
-void Dynamics::find_held_elements() {
-  held_elements_.clear();
+void Dynamics::find_constrained_elements() {
+  constrained_elements_.clear();
   held_domains_.clear();
   const auto held = [&](std::span<const Index> points) {
     return std::ranges::any_of(points, [&](Index p) { return at(held_axes_, p) != 0; });
   };
   for (Index e = 0; e < elements_.size(); ++e) {
-    if (held(at(elements_.corners(), e))) held_elements_.push_back(e);
+    if (held(at(elements_.corners(), e))) constrained_elements_.push_back(e);
   }
   for (std::size_t d = 0; d < elements_.smoothing().size(); ++d) {
     if (held(elements_.smoothing().points(d))) held_domains_.push_back(d);
@@ -60,7 +60,7 @@ void Dynamics::add_stiff_forces(std::span<Vec3> forces) const {
   const auto add = [&](Index point, const Vec3& stiff) {
     if (at(held_axes_, point) != 0) at(forces, point) += (1.0 / time_step_) * stiff;
   };
-  for (const Index e : held_elements_) {
+  for (const Index e : constrained_elements_) {
     const Tet& corners = at(elements_.corners(), e);
     std::array<Vec3, 4> velocities;
     for (std::size_t k = 0; k < 4; ++k) velocities[k] = stiff_velocity(corners[k], at(elastic_fractions_, e));

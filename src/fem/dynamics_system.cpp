@@ -28,7 +28,7 @@ void Dynamics::linearise() {
   form_system();
 }
 
-/// Makes the matrix and the right side from the present elements.
+/// Makes the matrix and the right side from the current elements.
 void Dynamics::form_system() {
   matrix_.assemble(threads_, diagonal_);
   compute_point_forces();
@@ -88,7 +88,7 @@ void Dynamics::set_loads(const Vec3& gravity, std::span<const Vec3> external_for
 }
 
 /// The right side without couplings, b = h f - (h C + h^2 K') v = h f + M v - B v, by a product with the
-/// present matrix B. At points that are not free v is the prescribed velocity, so their columns act on the
+/// current matrix B. At points that are not free v is the prescribed velocity, so their columns act on the
 /// free rows. In rotated frames v is the mean velocity without forces.
 void Dynamics::compute_free_right_side() {
   couplings_.set({}, time_step_, free_);

@@ -37,8 +37,8 @@ struct ElementDeformation {
   SymmetricMatrix3 viscous_stress{};  ///< of Maxwell elements, in the rotated frame (viscosity.hpp), Pa
   double viscous_energy = 0.0;        ///< of Maxwell elements, J/m^3
   double mu = 0.0;                    ///< Pa
-  double lambda = 0.0;                ///< Pa, the present value
-  bool hyperelastic = false;          ///< its stress is that of `law`, from the gradient alone
+  double lambda = 0.0;                ///< Pa, the current value
+  bool hyperelastic = false;          ///< its stress follows from `law` and the gradient alone
   HyperelasticLaw law;
 };
 
@@ -55,7 +55,7 @@ struct ElementDeformation {
 ///   E = V (mu |F - R|^2 + lambda/2 tr^2(R^T F - I)).
 /// Its force on corner i is f_i = -dE/dx_i = -V P g_i, with P = 2 mu (F - R) + lambda tr(R^T F - I) R and g_i
 /// the gradient of corner i's shape function at rest: their warped force -R K (R^T x - x_rest). R makes
-/// tr(R^T F) stationary, so that dR adds nothing. The stiffness blocks are those of the paper, K'_ij = R K_ij
+/// tr(R^T F) stationary, so that dR adds nothing. The stiffness blocks are as in the paper, K'_ij = R K_ij
 /// R^T with
 ///   K_ij = V (lambda g_i g_j^T + mu g_j g_i^T + mu (g_i . g_j) I),
 /// minus the derivative of the force at fixed R: symmetric and positive semi-definite.
@@ -123,10 +123,10 @@ class Elements {
   /// Computes rotations, forces, energies and rotated gradients of every element at these positions (n_points
   /// x 3, m), several elements at a time (simd/element_pass.hpp). O(n_elements).
   /// \param corner_forces  empty, or output (4 n_elements): the force on corner k of element e, N, at 4 e +
-  ///                       k; the four sum to zero to rounding
+  ///                       k; the four sum to zero up to rounding
   void update(const parallel::Threads& threads, std::span<const Vec3> positions,
               std::span<simd::Padded3> corner_forces = {});
-  /// The same without SIMD, one by one; equal to rounding.
+  /// update() without SIMD, element by element. Results agree with update() up to rounding.
   void update_one_by_one(std::span<const Vec3> positions, std::span<simd::Padded3> corner_forces = {});
 
   /// Elastic forces on points as of the last update(), N (n_points).

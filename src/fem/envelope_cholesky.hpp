@@ -27,8 +27,9 @@ class EnvelopeCholesky {
   [[nodiscard]] Index size() const { return static_cast<Index>(first_.size()); }
   /// Block (row, column) with first[row] <= column <= row. Add to it before factor().
   [[nodiscard]] Block6& block(Index row, Index column);
-  /// Replaces the matrix by its Cholesky factor. A pivot that is not positive to rounding drops its variable:
-  /// solutions have zero there, and the inverse stays positive semi-definite. O(sum of squared row lengths).
+  /// Replaces the matrix by its Cholesky factor. A pivot that is not positive up to rounding drops its
+  /// variable: solutions have zero there, and the inverse stays positive semi-definite. O(sum of squared row
+  /// lengths).
   void factor();
   /// Solves in place: b is the right side on entry and the solution on return; size() blocks. O(blocks).
   void solve(std::span<Vector6> b) const;

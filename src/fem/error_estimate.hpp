@@ -37,10 +37,10 @@ class ChangeEstimate {
   void clear();
   /// Adds the size of the next change. O(k).
   void add(double size);
-  /// Estimate of the error before the last change; the present error is smaller. Infinite while there are too
+  /// Estimate of the error before the last change; the current error is smaller. Infinite while there are too
   /// few changes.
   [[nodiscard]] double error() const { return error_; }
-  /// The same if the next change, which has not been made yet, has this size.
+  /// The estimate if the next change, which has not been made yet, has this size.
   [[nodiscard]] double before(double size) const;
 
  private:

@@ -7,7 +7,7 @@ namespace {
 
 constexpr std::size_t chunks = 16;
 
-/// Maps column numbers to places in the row that is being made.
+/// Maps column numbers to indices in the row that is being made.
 class Found {
  public:
   explicit Found(std::size_t count) : place_(count, none) {}

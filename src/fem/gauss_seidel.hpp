@@ -12,7 +12,7 @@
 namespace palpate::fem {
 
 /// Block Gauss-Seidel for the matrix of a step, colour by colour: no element connects rows of a colour, so
-/// they are updated at once. Couplings between colours have their present values. For couplings within a
+/// they are updated at once. Couplings between colours have their current values. For couplings within a
 /// colour, a bound of the neglected terms is added to the diagonal, so that the smoother converges (l1
 /// smoothing: Baker, Falgout, Kolev & Yang, "Multigrid smoothers for ultraparallel computing", SIAM J. Sci.
 /// Comput. 33 (2011)). The same bits for every thread count.

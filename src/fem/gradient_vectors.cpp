@@ -98,7 +98,7 @@ double ConjugateGradients::drift(const Run& run) {
   }));
 }
 
-/// Norm of the present direction, by mass.
+/// Norm of the current direction, by mass.
 double ConjugateGradients::direction_size(const Run& run) {
   const auto masses = run.system.masses();
   return std::sqrt(parallel::sum(run.threads, masses.size(), partial_sums_, [&](std::size_t row) {
@@ -107,7 +107,7 @@ double ConjugateGradients::direction_size(const Run& run) {
   }));
 }
 
-/// Norm of the present preconditioned residual, by mass.
+/// Norm of the current preconditioned residual, by mass.
 double ConjugateGradients::preconditioned_size(const Run& run) {
   const auto masses = run.system.masses();
   return run.scale * std::sqrt(parallel::sum(run.threads, masses.size(), partial_sums_, [&](std::size_t row) {

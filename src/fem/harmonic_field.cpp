@@ -6,7 +6,7 @@
 namespace palpate::fem {
 namespace {
 
-double product(std::span<const double> a, std::span<const double> b) {
+double dot(std::span<const double> a, std::span<const double> b) {
   double sum = 0.0;
   for (std::size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
   return sum;
@@ -76,18 +76,18 @@ void solve_laplace(const ScalarTets& tets, std::span<const std::uint8_t> held, s
   precondition(inverse, residual, z);
   std::vector<double> direction = z;
   std::vector<double> image;
-  double now = product(residual, z);
+  double now = dot(residual, z);
   const double end = tolerance * tolerance * now;
   for (std::size_t iteration = 0; now > end && iteration < 10 * n; ++iteration) {
     tets.multiply(direction, image);
-    const double step = now / product(direction, image);
+    const double step = now / dot(direction, image);
     for (std::size_t i = 0; i < n; ++i) {
       field[i] += step * direction[i];
       residual[i] -= step * image[i];
     }
     precondition(inverse, residual, z);
     const double before = now;
-    now = product(residual, z);
+    now = dot(residual, z);
     for (std::size_t i = 0; i < n; ++i) direction[i] = z[i] + now / before * direction[i];
   }
 }

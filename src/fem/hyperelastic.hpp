@@ -68,7 +68,8 @@ struct HyperelasticTangent {
 };
 [[nodiscard]] HyperelasticTangent tangent(const HyperelasticLaw& law, const Matrix3& h);
 
-/// dP for dF, with the tangent's fibre along this unit vector.
+/// The change dP of the first Piola-Kirchhoff stress for a change dF of the deformation gradient. `fibre` is
+/// the unit vector of the fibres at rest.
 [[nodiscard]] Matrix3 stress_change_of(const HyperelasticTangent& tangent, const Vec3& fibre,
                                        const Matrix3& gradient_change);
 /// a : dP/dF : b for two gradients of shape functions at rest: the stiffness block of two points per volume.

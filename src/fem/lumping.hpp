@@ -18,7 +18,7 @@ namespace palpate::fem {
 [[nodiscard]] std::vector<double> lumped_masses(const Bodies& bodies, const Materials& materials);
 
 /// Mass damping of each point, 1/s (n_points): the mean over its tets, weighted by mass. If all tets have the
-/// body's value, the mean equals it in every bit. `masses` are those of lumped_masses(). O(n_tets).
+/// body's value, the mean equals it in every bit. `masses` come from lumped_masses(). O(n_tets).
 [[nodiscard]] std::vector<double> mass_dampings(const Bodies& bodies, const Materials& materials,
                                                 std::span<const double> masses);
 

@@ -142,7 +142,7 @@ constexpr double determinant(const Matrix3& a) {
   return dot(row(a, 0), cross(row(a, 1), row(a, 2)));
 }
 
-/// Inverse; its entries are not finite where a is singular to rounding.
+/// Inverse; its entries are not finite where a is singular up to rounding.
 constexpr Matrix3 inverse(const Matrix3& a) {
   const Matrix3 c = cofactors(a);
   const double d = dot(row(a, 0), row(c, 0));

@@ -133,14 +133,15 @@ double Multigrid::apply(const parallel::Threads& threads, LinearSystem& system, 
     simd::rotated_residual(rows, r.data(), vector_.data(), rotated_.data(), begin, end);
   });
   CoarseLevel& coarse = levels_.front();
-  parallel::for_chunks(
-      threads, coarse.size(), node_grain, [&](std::size_t begin, std::size_t end, std::size_t) {
-        simd::gather_points(restriction_.rows(), rotated_.data(), coarse.right_side().data(), begin, end);
-      });
+  parallel::for_chunks(threads, coarse.size(), node_grain,
+                       [&](std::size_t begin, std::size_t end, std::size_t) {
+                         simd::multiply_six_by_three(restriction_.rows(), rotated_.data(),
+                                                     coarse.right_side().data(), begin, end);
+                       });
   coarse.solve(threads, std::span(levels_).subspan(1));
   for_slices([&](std::size_t begin, std::size_t end, std::size_t) {
-    simd::spread_to_points(transfer_.rows(), coarse.solution().data(), rotated_.data(),
-                           simd::slice_rows * begin, simd::slice_rows * end);
+    simd::multiply_three_by_six(transfer_.rows(), coarse.solution().data(), rotated_.data(),
+                                simd::slice_rows * begin, simd::slice_rows * end);
     simd::add_rotated(rows, rotated_.data(), vector_.data(), begin, end);
   });
   smoother.backward(threads, system, r, vector_);

@@ -23,7 +23,7 @@ namespace palpate::fem {
 ///
 /// Aggregates, transfers and the coarse matrices are made for each body separately, from its shape at rest.
 /// They are made again if the time step changes, and after many iterations in slow solves, then at the
-/// present positions (the reference). Transfers rotate with the points, P_i = R_i P_i(reference), so that
+/// current positions (the reference). Transfers rotate with the points, P_i = R_i P_i(reference), so that
 /// coarse unknowns stay in the frame of the reference: exact if a body rotates as a whole. update() adds the
 /// couplings to all levels: P^T J_c^T W_c J_c P. The coarsest level, all bodies together, is factored.
 /// Symmetric and positive definite; the same bits for every thread count.

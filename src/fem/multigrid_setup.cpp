@@ -166,7 +166,7 @@ std::vector<Node> Multigrid::points_as_nodes() const {
   return nodes;
 }
 
-/// Stores the transfer by rows in place of nodes.
+/// Stores the transfer by rows instead of nodes.
 void Multigrid::connect_rows(const BlockRows<3, 6>& transfer, std::size_t count) {
   BlockRows<3, 6> by_row;
   by_row.columns = transfer.columns;

@@ -10,7 +10,7 @@ namespace {
 
 /// Contacts per chunk. The bits of the result depend on it.
 constexpr std::size_t grain = 64;
-/// The same for chunks with a matrix of sums.
+/// Contacts per chunk if each chunk has a matrix of sums.
 constexpr std::size_t matrix_grain = 512;
 
 std::size_t padded(std::size_t n) {
@@ -212,7 +212,7 @@ void ReducedStep::accept_trial() {
   std::fill(c_.begin() + static_cast<std::ptrdiff_t>(size_), c_.end(), 0.0);
 }
 
-/// Adds rows and columns of new directions to stiffness_, with its present weights.
+/// Adds rows and columns of new directions to stiffness_, with its current weights.
 void ReducedStep::assemble_new(const parallel::Threads& threads) {
   const std::size_t chunks = parallel::chunk_count(laws_.size(), grain);
   for (; assembled_ < size_; ++assembled_) {
@@ -251,7 +251,7 @@ void ReducedStep::take_change(std::size_t contact) {
   }
 }
 
-/// Assembles -dF/dc at the present c. Only contacts whose derivative has changed cost O(directions^2).
+/// Assembles -dF/dc at the current c. Only contacts whose derivative has changed cost O(directions^2).
 void ReducedStep::assemble(const parallel::Threads& threads, bool with_bounds) {
   assemble_new(threads);
   const std::size_t chunks = parallel::chunk_count(laws_.size(), matrix_grain);

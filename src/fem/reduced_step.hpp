@@ -41,9 +41,9 @@ class ReducedStep {
   [[nodiscard]] std::span<const double> change() const { return {change_.data(), size_}; }
   /// The relative velocity of a contact at c = 0.
   void set_base(std::size_t contact, const Vec3& velocity) { base_velocities_[contact] = velocity; }
-  /// The relative velocity of a contact at the present c, after update() or solve().
+  /// The relative velocity of a contact at the current c, after update() or solve().
   [[nodiscard]] const Vec3& velocity(std::size_t contact) const { return velocities_[contact]; }
-  /// The force of a contact at the present c minus that at c = 0, N; after update() or solve().
+  /// The force of a contact at the current c minus that at c = 0, N; after update() or solve().
   [[nodiscard]] const Vec3& force_change(std::size_t contact) const { return forces_[contact]; }
   /// Call after set_base() of all contacts: sets c = 0 and computes the forces there.
   void update(const parallel::Threads& threads);
@@ -55,15 +55,15 @@ class ReducedStep {
   /// \param work  sum of the results of set_rate()
   void add(std::span<const double> row, double residual, double work);
   void set_residual(std::size_t direction, double residual) { g_[direction] = residual; }
-  /// Makes the present c the new c = 0. Then set the residuals again.
+  /// Makes the current c the new c = 0. Then set the residuals again.
   void rebase(const parallel::Threads& threads);
   /// Call at c = 0: replaces the directions by the combination sum_i a_i z_i, followed by the last `kept`
   /// ones. Then set the residuals again.
   void compress(std::span<const double> a, std::size_t kept);
-  /// Increases the capacity and keeps the present directions.
+  /// Increases the capacity and keeps the current directions.
   /// \param capacity  > capacity(), <= `max_directions`
   void increase_capacity(std::size_t capacity);
-  /// Solves in the span. Returns false if the last direction depends linearly on the others, to rounding;
+  /// Solves in the span. Returns false if the last direction depends linearly on the others, up to rounding;
   /// then it is dropped. O(contacts directions^2) a round.
   bool solve(const parallel::Threads& threads);
 
@@ -115,7 +115,7 @@ class ReducedStep {
   std::size_t assembled_ = 0;          ///< number of directions that are in stiffness_
   std::vector<double> matrix_;         ///< (size x stride), scratch
   std::vector<double> partial_;
-  std::vector<double> f_;  ///< F at the present c; at c = 0 valid only after solve() has begun
+  std::vector<double> f_;  ///< F at the current c; at c = 0 valid only after solve() has begun
   bool at_base_ = true;    ///< c = 0
   std::vector<double> trial_f_, trial_c_, step_, solved_;
   double size_of_f_ = 0.0;

@@ -16,7 +16,7 @@ constexpr double flat = 0.1;
 
 }  // namespace
 
-/// False if the last direction depends linearly on the others, to rounding.
+/// False if the last direction depends linearly on the others, up to rounding.
 bool ReducedStep::factor_gram() {
   constexpr double rounding = 1e-10;
   for (std::size_t i = 0; i < size_; ++i) {
@@ -144,8 +144,8 @@ double ReducedStep::search_line(const parallel::Threads& threads) {
   return high;
 }
 
-/// Minimises the convex function with the friction bounds of the present c. Returns false if c does not
-/// change.
+/// One step of the outer iteration: fixes the friction bounds at the current c. The contact problem is then
+/// the minimum of a convex function of c, which this finds. Returns false if c does not change.
 bool ReducedStep::step_convex(const parallel::Threads& threads) {
   constexpr int most_steps = 8;
   parallel::for_each(threads, laws_.size(), grain, [&](std::size_t k) {

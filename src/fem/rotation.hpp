@@ -8,9 +8,10 @@ namespace palpate::fem {
 /// is the orthogonal factor of F = R S where det F > 0.
 ///
 /// Defined for every F: the result is a rotation (orthogonal to about 1e-15, det +1) also for inverted, flat
-/// and collapsed elements. For F = 0, and if an entry is not finite, it is the identity. Accurate to rounding
-/// times |F| / (s2 + s3), the conditioning of the problem: s1 >= s2 >= |s3| are the singular values of F, s3
-/// < 0 if det F < 0. Exactly the identity for F = identity. Allocates nothing; the same bits on every call.
+/// and collapsed elements. For F = 0, and if an entry is not finite, it is the identity. Accurate up to
+/// rounding times |F| / (s2 + s3), the conditioning of the problem: s1 >= s2 >= |s3| are the singular values
+/// of F, s3 < 0 if det F < 0. Exactly the identity for F = identity. Allocates nothing; the same bits on
+/// every call.
 ///
 /// Sources: the scaled Newton iteration of Higham, "Computing the polar decomposition - with applications",
 /// SIAM J. Sci. Stat. Comput. 7 (1986), with scaling by Frobenius norms, for F with det F > 0.01

@@ -46,7 +46,7 @@ void subtract_product_transposed(Dense<N, M>& s, const Dense<N, K>& a, const Den
   }
 }
 
-/// The inverse of a symmetric positive semi-definite matrix, by Cholesky. A pivot that is not positive to
+/// The inverse of a symmetric positive semi-definite matrix, by Cholesky. A pivot that is not positive up to
 /// rounding drops its variable: its row and column of the inverse are zero.
 template <std::size_t N>
 Dense<N, N> inverse_semi_definite(Dense<N, N> a) {

@@ -27,7 +27,7 @@ struct SmoothedTet {
   double volume = 0.0;              ///< at rest, m^3
   double mu = 0.0;                  ///< Pa
   double lambda = 0.0;              ///< Pa
-  bool hyperelastic = false;        ///< its law is `law`, else the corotational one
+  bool hyperelastic = false;        ///< its law is `law`, otherwise the corotational one
   HyperelasticLaw law;
 };
 
@@ -66,12 +66,12 @@ class SmoothingDomains {
   /// The first element of a domain. All its elements have one material, and so the same damping.
   [[nodiscard]] Index element(std::size_t domain) const { return first_tet(domain).element; }
 
-  /// The place of a point in a domain.
+  /// Index of a point in a domain.
   struct Entry {
     std::uint32_t domain = 0;
     std::uint32_t place = 0;
   };
-  /// The entries of a point (its places in domains), domains ascending; empty where no tet is smoothed.
+  /// The entries of a point (its indices in domains), domains ascending; empty where no tet is smoothed.
   [[nodiscard]] std::span<const Entry> entries(Index point) const;
   /// Index of a point's first entry among all entries.
   [[nodiscard]] std::size_t first_entry(Index point) const {
@@ -141,7 +141,7 @@ class SmoothingDomains {
       for_others([&](std::size_t k) { return corotational_block(rotated_[own], rotated_[k], volume); });
     }
   }
-  /// The same at rest, in the rotated frame.
+  /// Stiffness block at rest, in the rotated frame.
   [[nodiscard]] Matrix3 block_rest(std::size_t domain, const Matrix3& rotation, std::size_t i,
                                    std::size_t j) const;
   /// The rotation of a domain at these positions.
@@ -157,7 +157,7 @@ class SmoothingDomains {
  private:
   static constexpr std::size_t edges_of_tet = 6;
   static constexpr std::size_t domains_of_tet = 10;  ///< its edges, then its points
-  /// Fraction of the volume of a tet in its domain `place`.
+  /// Fraction of the volume of a tet in its domain number `place`.
   static constexpr double volume_fraction(std::size_t place) {
     return place < edges_of_tet ? 1.0 / 6.0 : 1.0 / 4.0;
   }
@@ -169,7 +169,7 @@ class SmoothingDomains {
   void list_entries(std::size_t point_count);
   void set_law(std::span<const Member> members);
   [[nodiscard]] Block hyperelastic_block(std::size_t domain, std::size_t a, std::size_t b) const;
-  /// A point's place in a corotational domain, so that blocks are sums of products of two of them.
+  /// A point's index in a corotational domain, so that blocks are sums of products of two of them.
   struct RotatedGradient {
     simd::Quad strain;                ///< sqrt(factor V modulus) R b_i
     std::array<simd::Quad, 3> twist;  ///< sqrt(factor V) a_k x R b_i, a_k of Twists
@@ -207,7 +207,7 @@ class SmoothingDomains {
                                                double tension) const;
   [[nodiscard]] HyperelasticResponse step_response(std::size_t domain, const Matrix3& h,
                                                    const ElementDeformation& deformation) const;
-  /// The response, given the present stresses of the Maxwell elements.
+  /// The response, given the current stresses of the Maxwell elements.
   [[nodiscard]] HyperelasticResponse response_now(std::size_t domain, const Matrix3& h,
                                                   double fraction) const;
   [[nodiscard]] HyperelasticLaw law(std::size_t domain, double fraction, double tension) const;

@@ -232,7 +232,7 @@ void SmoothingDomains::multiply(const parallel::Threads& threads, std::span<cons
   });
 }
 
-/// Stiffness block of the points at places a and b of rest_gradients_.
+/// Stiffness block of the two points whose gradients are rest_gradients_[a] and rest_gradients_[b].
 SmoothingDomains::Block SmoothingDomains::hyperelastic_block(std::size_t domain, std::size_t a,
                                                              std::size_t b) const {
   const auto [first, second] = std::minmax(a, b);

@@ -23,14 +23,14 @@ struct ElementStress {
 /// for others P follows from the hyperelastic law (hyperelastic.hpp). The stress of Maxwell elements is added
 /// (first_piola_stress). P F^T is symmetric, since the energy is invariant under rotations.
 [[nodiscard]] ElementStress stress_of(const ElementDeformation& element);
-/// The same for a given energy density and first Piola-Kirchhoff stress, of a smoothed tet. There P F^T is
-/// symmetric only to the order of the method; its symmetric part is used.
+/// stress_of() for a given energy density and first Piola-Kirchhoff stress, of a smoothed tet. There P F^T
+/// is symmetric only to the order of the method; its symmetric part is used.
 [[nodiscard]] ElementStress stress_of(const ElementDeformation& element,
                                       const HyperelasticResponse& response);
 
 /// Energy density and first Piola-Kirchhoff stress of the law, without viscosity.
 [[nodiscard]] HyperelasticResponse elastic_response(const ElementDeformation& element);
-/// The same with the present stresses of Maxwell elements.
+/// elastic_response() plus the current stresses of Maxwell elements.
 [[nodiscard]] HyperelasticResponse whole_response(const ElementDeformation& element);
 
 /// The elastic stress in the rotated frame of the element, the symmetric part of R^T P (Biot's), without

@@ -14,8 +14,8 @@ struct SymmetricEigen {
   std::array<Vec3, 3> vectors;
 };
 
-/// By cyclic Jacobi rotations (Golub & Van Loan, "Matrix Computations", 4th ed., section 8.5): eigenvalues to
-/// rounding of the largest, eigenvectors orthogonal to rounding, also where eigenvalues are equal. The
+/// By cyclic Jacobi rotations (Golub & Van Loan, "Matrix Computations", 4th ed., section 8.5): eigenvalues up
+/// to rounding of the largest, eigenvectors orthogonal up to rounding, also where eigenvalues are equal. The
 /// largest component of each eigenvector is positive. NaN for a matrix that is not finite. The same bits on
 /// every call and machine: no function of the C library but the square root.
 [[nodiscard]] SymmetricEigen symmetric_eigen(const SymmetricMatrix3& a);

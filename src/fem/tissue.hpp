@@ -17,8 +17,8 @@ namespace palpate::fem {
                                          const Elements& elements, std::span<const Vec3> positions,
                                          TissueState memory = {});
 
-/// The same without von Mises stress, pressure, principal values and directions, whose arrays are empty: half
-/// the work, and enough for tissue_of_points().
+/// tissue_of_tets() without von Mises stress, pressure, principal values and directions; these arrays are
+/// empty. Half the work, and enough for tissue_of_points().
 [[nodiscard]] TissueState strain_of_tets(const parallel::Threads& threads, const Bodies& bodies,
                                          const Elements& elements, std::span<const Vec3> positions,
                                          TissueState memory = {});

@@ -11,7 +11,8 @@ constexpr double young_of(double shear, double poisson_ratio) {
   return 2.0 * (1.0 + poisson_ratio) * shear;
 }
 
-// Densities are those of ICRU Report 44 (1989) and 46 (1992); tendon and sclera have that of cartilage.
+// Densities are those of ICRU Report 44 (1989) and 46 (1992); tendon and sclera have the density of
+// cartilage.
 constexpr std::array<TissueInfo, tissue_names.size()> infos{{
     {young_of(2000.0, wet), wet, 1060.0,
      "shear stiffness 2.0 +- 0.3 kPa, 12 volunteers, in vivo, MR elastography",

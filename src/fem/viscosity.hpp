@@ -45,12 +45,12 @@ class ViscousElements {
   [[nodiscard]] double stiffness(std::size_t element) const {
     return material_.empty() ? 1.0 : series_[static_cast<std::size_t>(material_[element])].stiffness;
   }
-  /// Computes the history from the present stresses, for steps of this length. O(elements x terms).
+  /// Computes the history from the current stresses, for steps of this length. O(elements x terms).
   void find_history(const parallel::Threads& threads);
   [[nodiscard]] const SymmetricMatrix3& history(std::size_t element) const {
     return history_[place(element)];
   }
-  /// sum_i q_i at present.
+  /// sum_i q_i, the current value.
   [[nodiscard]] SymmetricMatrix3 stress(std::size_t element) const;
   /// sum_i q_i : C^-1 : q_i / (2 gamma_i) with Hooke's law C, J/m^3: the energy of Maxwell elements for a
   /// linear law. With mu = 0 only the spherical part of q_i counts.

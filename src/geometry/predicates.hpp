@@ -4,8 +4,8 @@
 
 #include <palpate/types.hpp>
 
-/// Exact geometric predicates: the answer is that of exact arithmetic on the given doubles, for all finite
-/// input.
+/// Exact geometric predicates: the answer equals that of exact arithmetic on the given doubles, for all
+/// finite input.
 ///
 /// A floating-point filter with a proven error bound (Shewchuk, "Adaptive precision floating-point arithmetic
 /// and fast robust geometric predicates", 1997, orient3d stage A) decides almost every call. Integers of any
@@ -29,7 +29,7 @@ bool segment_meets_triangle(const Vec3& a, const Vec3& b, const Vec3& t0, const 
 /// parallel to the plane.
 double crossing_parameter(const Vec3& a, const Vec3& b, const Vec3& t0, const Vec3& t1, const Vec3& t2);
 
-/// Barycentric weights of p in the tet (a, b, c, d), for p inside it: each in [0, 1], their sum 1 to
+/// Barycentric weights of p in the tet (a, b, c, d), for p inside it: each in [0, 1], their sum 1 up to
 /// rounding.
 std::array<double, 4> barycentric_weights(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c,
                                           const Vec3& d);

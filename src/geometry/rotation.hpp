@@ -42,8 +42,8 @@ inline Quaternion between(const Quaternion& a, Quaternion b, double fraction) {
     b = {-b.scalar, -b.vector};
     cosine_between = -cosine_between;
   }
-  // For nearly equal rotations the sine of the angle loses its digits, and linear interpolation is exact to
-  // rounding.
+  // For nearly equal rotations the sine of the angle loses its digits, and linear interpolation is exact up
+  // to rounding.
   constexpr double nearly_equal = 1.0 - 1e-9;
   double part_a = 1.0 - fraction;
   double part_b = fraction;

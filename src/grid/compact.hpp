@@ -60,11 +60,11 @@ class CompactGrid {
   Sort build_points(const parallel::Threads& threads, const Lattice& lattice, std::size_t count,
                     CellOf&& cell_of);
 
-  /// The same for points whose cells are known; those with a negative coordinate are left out.
+  /// build_points() for points whose cells are known. Points with a negative cell coordinate are left out.
   Sort build_points(const parallel::Threads& threads, const Lattice& lattice, std::span<const Cell> cells);
-  /// The same for fixed positions, at the cells that they have in the lattice.
+  /// build_points() for fixed positions, at the cells that they have in the lattice.
   Sort build_points(const parallel::Threads& threads, const Lattice& lattice, const FixedPositions& points);
-  /// Call in place of a build in a frame that needs no grid: only counts movers. L and C stay, and the next
+  /// Call instead of a build in a frame that needs no grid: only counts movers. L and C stay, and the next
   /// build does a full sort.
   void skip_points(const parallel::Threads& threads, const Lattice& lattice, const FixedPositions& points);
   /// Movers of the last frame (built or skipped): points whose key changed since the frame before. All points
@@ -297,7 +297,7 @@ void CompactGrid::visit_linear(const CellRange& range, Visit&& visit) const {
   }
 }
 
-/// The cells of a key form a block, so the keys of a range are those of a range of blocks. Neighbours along x
+/// The cells of a key form a block, so the keys of a range belong to a range of blocks. Neighbours along x
 /// that are consecutive on the curve are one interval of L.
 template <class Visit>
 void CompactGrid::visit_z(const CellRange& blocks, Visit&& visit) const {

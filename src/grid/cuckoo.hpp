@@ -16,7 +16,8 @@
 
 namespace palpate {
 
-/// Sizes and limits of a CuckooGrid. The defaults are those of Alcantara et al.; others are for tests.
+/// Sizes and limits of a CuckooGrid. The defaults are the values of Alcantara et al.; other values are for
+/// tests.
 struct CuckooParameters {
   std::size_t bucket_target = 409;    ///< keys of a bucket on average: 80 % of its capacity
   std::size_t bucket_capacity = 512;  ///< maximum number of keys of a bucket
@@ -30,7 +31,7 @@ struct CuckooParameters {
 
 /// Parallel two-level cuckoo hashing (Alcantara et al., "Real-time parallel hashing on the GPU", 2009; paper
 /// 4.3). A key is the index of a cell that is not empty. A first hash distributes the keys to buckets; each
-/// bucket then finds, on its own, a place for each of its keys in one of three sub-tables, with hash
+/// bucket then finds, on its own, a slot for each of its keys in one of three sub-tables, with hash
 /// functions of its own. A key leads to (start, count) in the array of references.
 ///
 /// The paper does not say how distinct keys are found. Here the entries are sorted (radix) by the 32 bits of
@@ -45,7 +46,7 @@ class CuckooGrid {
   explicit CuckooGrid(Order order = Order::linear, const CuckooParameters& parameters = {})
       : parameters_(parameters), index_(order) {}
 
-  /// As CompactGrid::build. Expected O(entries). Throws Error where most_growths did not suffice, which
+  /// As CompactGrid::build. Expected O(entries). Throws Error if most_growths did not suffice, which
   /// happens only with special parameters.
   template <class Footprint>
   void build(const parallel::Threads& threads, const Lattice& lattice, std::size_t count,

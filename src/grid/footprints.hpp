@@ -41,7 +41,7 @@ void write_footprints(const parallel::Threads& threads, std::size_t count,
   });
 }
 
-/// Throws Error where the number of entries does not fit 32 bits.
+/// Throws Error if the number of entries does not fit 32 bits.
 void require_countable(std::size_t entries);
 
 }  // namespace palpate

@@ -19,7 +19,7 @@ class ZOrder {
   /// \param size  cells along each axis, each in [1, 2^21]
   explicit ZOrder(const Cell& size);
 
-  /// The bits of one coordinate, at their places in the index. The index is the sum over the axes.
+  /// The bits of one coordinate, at their positions in the index. The index is the sum over the axes.
   [[nodiscard]] std::uint64_t part(std::size_t axis, std::int32_t coordinate) const {
     const auto c = static_cast<std::uint32_t>(coordinate);
     const auto& spread = spread_[axis];

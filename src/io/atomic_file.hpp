@@ -38,7 +38,7 @@ class AtomicFile {
 /// Replaces the content of `path` by `bytes`, whole or not at all. Throws as AtomicFile does.
 void write_atomically(const std::filesystem::path& path, std::string_view bytes);
 
-/// Creates a folder and those above it. Throws Error naming `path` if it cannot, for instance where a file
+/// Creates a folder and those above it. Throws Error naming `path` if it cannot, for instance if a file
 /// has that name.
 void create_folder(const std::filesystem::path& path);
 

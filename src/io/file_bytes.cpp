@@ -29,7 +29,7 @@ void refuse_lfs_pointer(const std::filesystem::path& path, const std::string& ex
   const std::unique_ptr<std::FILE, CloseFile> file(std::fopen(path.c_str(), "rb"));
   if (!file || std::fread(bytes.data(), 1, bytes.size(), file.get()) != bytes.size()) return;
   if (std::string_view(bytes.data(), bytes.size()) != head) return;
-  fail(path, "a git-LFS pointer in place of the file itself",
+  fail(path, "a git-LFS pointer instead of the file itself",
        expected + "; 'git lfs pull' in the repository fetches it");
 }
 

@@ -11,7 +11,7 @@ namespace palpate::io {
 /// \param expected  what should have been there, for the message ("a Gmsh mesh file")
 void require_regular_file(const std::filesystem::path& path, const std::string& expected);
 
-/// The bytes of a file. Throws Error where there is no such file, it is a folder, empty, a pointer of
+/// The bytes of a file. Throws Error if there is no such file, it is a folder, empty, a pointer of
 /// git-LFS, or may not be read.
 ///
 /// \param expected  what should have been there, for the message ("a Gmsh mesh file")

@@ -33,14 +33,14 @@ MeshFile read_vtk_legacy(const std::filesystem::path& path);
 /// plain, zlib, LZ4 or LZMA; both byte orders and header types. Pieces are joined; equal points of two pieces
 /// are not merged.
 MeshFile read_vtu(const std::filesystem::path& path);
-/// The same of the text of a file; `source` is its name for messages.
+/// read_vtu() for the text of a file; `source` is its name for messages.
 MeshFile read_vtu_text(const std::string& source, std::string_view text);
 
 /// The readers behind read_cell_data(), one for each format; each keeps its promises.
 std::vector<double> read_gmsh_data(const std::filesystem::path& path, const CellDataKey& key);
 std::vector<double> read_vtk_legacy_data(const std::filesystem::path& path, const CellDataKey& key);
 std::vector<double> read_vtu_data(const std::filesystem::path& path, const CellDataKey& key);
-/// The same of the text of a file; `source` is its name for messages.
+/// read_vtu_data() for the text of a file; `source` is its name for messages.
 std::vector<double> read_vtu_data_text(const std::string& source, std::string_view text,
                                        const CellDataKey& key);
 

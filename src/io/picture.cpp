@@ -69,7 +69,7 @@ struct Frame {
   [[nodiscard]] Vec3 operator()(const Vec3& point) const { return (1.0 / radius) * (point - centre); }
 };
 
-/// The light of a corner: that of its value where it has one, else that of its triangle or body.
+/// The colour of a corner: the colour of its value if it has one, otherwise of its triangle or body.
 Light corner_light(const PictureSubject& subject, const PictureSettings& settings, std::size_t triangle,
                    Index point) {
   if (settings.scale && !subject.values.empty() && std::isfinite(at(subject.values, point)))

@@ -39,7 +39,7 @@ struct PictureSubject {
   std::span<const Index> contact_points;  ///< points drawn as dots; repeated ones are drawn once
   std::span<const Colour> body_colours;   ///< (n_bodies), or empty for default_colour()
   std::span<const double> values{};  ///< (n_points) shown by PictureSettings::scale where they are numbers
-  /// (n_triangles) indices of body_colours, in place of the bodies of their points; or empty
+  /// (n_triangles) indices of body_colours, instead of the bodies of their points; or empty
   std::span<const Index> colour_of_triangle{};
   std::span<const std::uint8_t>
       edges{};  ///< (n_triangles) sides that are edges, as in CutSurface; empty: all

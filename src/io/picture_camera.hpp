@@ -6,7 +6,7 @@
 
 namespace palpate::io {
 
-/// A place in the image plane, in pixels from the upper left corner, and its depth along the view.
+/// A position in the image plane, in pixels from the upper left corner, and its depth along the view.
 struct ScreenPoint {
   double x = 0.0;
   double y = 0.0;
@@ -23,7 +23,7 @@ struct Camera {
   double centre_x = 0;  ///< where the view axis meets the image, in pixels
   double centre_y = 0;
 
-  /// Unit direction from the camera through a place of the image.
+  /// Unit direction from the camera through a position in the image.
   [[nodiscard]] Vec3 direction(double x, double y) const;
   /// Where a point appears; meaningless for depth <= 0.
   [[nodiscard]] ScreenPoint project(const Vec3& point) const;

@@ -209,7 +209,7 @@ Light Painter::with_dot(const Light& behind, const RayHit& dot_hit, double surfa
   return mix(behind, core ? to_light(contact_colour) : Light{1.0, 1.0, 1.0}, strength * (core ? 1.0 : 0.85));
 }
 
-/// Fraction of the half space above a place without near surfaces, weighted by the cosine (ambient
+/// Fraction of the half space above a position without near surfaces, weighted by the cosine (ambient
 /// occlusion).
 double Painter::openness(const Vec3& place, const Vec3& normal, const Pattern& pattern) const {
   const Vec3 helper = std::abs(normal.x) < 0.5 ? Vec3{1.0, 0.0, 0.0} : Vec3{0.0, 1.0, 0.0};
@@ -227,7 +227,7 @@ double Painter::openness(const Vec3& place, const Vec3& normal, const Pattern& p
   return static_cast<double>(open) / occlusion_rays;
 }
 
-/// The fraction of the light that a place sees: soft shadows.
+/// The fraction of the light that reaches a position: soft shadows.
 double Painter::lit(const Vec3& place, const Pattern& pattern) const {
   const Vec3 side = normalized(cross(to_light_, in_.camera.forward));
   const Vec3 other = cross(to_light_, side);

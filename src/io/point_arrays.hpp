@@ -17,7 +17,7 @@ struct PointArrayInfo {
 std::vector<PointArrayInfo> list_point_arrays(const std::filesystem::path& path);
 
 /// The numbers of one of them (n_points x components); NaN is allowed. Empty where no array has that name.
-/// Throws Error where it is cut off or damaged. O(file size).
+/// Throws Error if it is cut off or damaged. O(file size).
 std::vector<double> read_point_array(const std::filesystem::path& path, const std::string& name);
 
 }  // namespace palpate::io

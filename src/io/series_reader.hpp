@@ -12,7 +12,7 @@ struct SeriesFrame {
 };
 
 /// The frames that a ParaView collection (.pvd) lists, in its order. Throws Error naming the file and line
-/// where the file is no collection, times do not grow, or a frame is not in the folder of the collection or
+/// if the file is no collection, times do not grow, or a frame is not in the folder of the collection or
 /// below it. The frames themselves are not read. O(size of the file).
 std::vector<SeriesFrame> read_series(const std::filesystem::path& collection);
 

@@ -26,7 +26,7 @@ class SeriesWriter {
   /// Writes the next frame, then the collection. Throws as write_frame() does; the frame is then not in the
   /// series. O(n_points + n_tets + frames so far).
   void add(const Bodies& bodies, const FrameState& state);
-  /// The same for any mesh and arrays; `data.time` is set to `time`.
+  /// add() for any mesh and arrays; `data.time` is set to `time`.
   void add(double time, VtuData data);
 
   [[nodiscard]] const std::filesystem::path& collection_path() const { return collection_path_; }

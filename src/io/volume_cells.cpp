@@ -11,7 +11,7 @@ namespace palpate::io {
 namespace {
 
 using Face = std::array<std::size_t, 4>;
-constexpr std::size_t none = 8;  // in place of the fourth corner of a triangle
+constexpr std::size_t none = 8;  // instead of the fourth corner of a triangle
 
 struct Shape {
   std::string_view name;

@@ -20,7 +20,7 @@ struct VtkCells {
 /// Appends tets, and the tets of other volume cells, to the mesh; counts all other cells. `first_point` is
 /// added to point numbers. Returns the number of tets of each cell.
 ///
-/// Throws Error naming the cell (0-based in the file: `first_cell` is the number of the first here) where
+/// Throws Error naming the cell (0-based in the file: `first_cell` is the number of the first here) if
 /// ends do not ascend to the length of the connectivity, a type is unknown, a number of corners does not fit
 /// the type, or a point number is outside [0, n_points).
 std::vector<Index> append_vtk_cells(const VtkCells& cells, Index first_point, Index n_points,

@@ -28,7 +28,7 @@ struct VtkLegacyFile {
 VtkLegacyFile read_vtk_legacy_file(const std::string& source, std::string_view bytes);
 
 /// The cell data of that name (VECTORS, NORMALS, SCALARS or an array of a FIELD): n_cells x components finite
-/// numbers, of the file that `file` was read from. Throws Error where there is none, and as above.
+/// numbers, of the file that `file` was read from. Throws Error if there is none, and as above.
 std::vector<double> read_vtk_legacy_data(const std::string& source, std::string_view bytes,
                                          const VtkLegacyFile& file, const CellDataKey& key);
 

@@ -9,7 +9,7 @@
 
 namespace palpate::io {
 
-/// Reads the numbers of DataArrays. Every function throws Error where the file does not hold exactly `count`
+/// Reads the numbers of DataArrays. Every function throws Error if the file does not hold exactly `count`
 /// numbers for the array; in ASCII it names the line. Allocates no more than a fixed multiple of the file's
 /// size.
 class VtuArrays {

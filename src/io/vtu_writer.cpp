@@ -134,7 +134,7 @@ void write_vtu(const std::filesystem::path& path, const VtuData& data) {
 namespace {
 
 /// Positions for a frame. Points in no tet never move; they get the position of a point of their body that is
-/// in a tet, so that bounds are those of the bodies.
+/// in a tet, so that bounds are the bounds of the bodies.
 std::vector<Vec3> positions_of_tets(const Bodies& bodies, std::span<const Vec3> positions) {
   std::vector<Vec3> result(positions.begin(), positions.end());
   for (std::size_t b = 0; b < bodies.bodies().size(); ++b) {

@@ -13,7 +13,7 @@
 /// measured here: one function per item. Times depend on the machine; all else is the same everywhere.
 namespace palpate::measure {
 
-/// A scene of the paper, as we have it.
+/// Our version of a scene of the paper. The stack is the paper's; eye and skull are other meshes.
 struct PaperScene {
   std::string name;  ///< "stacking", "eye" or "skull"
   Model model;

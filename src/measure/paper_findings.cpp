@@ -36,9 +36,8 @@ Finding eye_finding(double insertion, double index_speed_up, double cuckoo_speed
   }
   const bool scales = index_speed_up >= cuckoo_speed_up;
   why += fmt::format(
-      "; index sort scales {} than cuckoo hashing: parallel shares {} and {} with {} threads, the paper's 80 "
-      "% "
-      "and 70 % with eight",
+      "; index sort scales {} than cuckoo hashing: parallel fractions {} and {} with {} threads (paper: 80 % "
+      "and 70 % with eight)",
       index_speed_up > cuckoo_speed_up ? "better"
       : scales                         ? "no worse"
                                        : "worse",
@@ -54,11 +53,11 @@ Finding cell_size_finding(const std::vector<CellSizeFigures>& scenes) {
     if (scene.mean_edge <= noise) ++best;
     const double ratio = scene.automatic / scene.mean_edge;
     why += fmt::format(
-        "{}: best {}, the mean edge takes {:.2f} of its time; auto {:.2f}, {}; ", scene.scene, scene.best,
-        scene.mean_edge, scene.automatic,
+        "{}: the best size is {}; the mean edge takes {:.2f} times as long, auto {:.2f} times ({}); ",
+        scene.scene, scene.best, scene.mean_edge, scene.automatic,
         ratio > noise         ? fmt::format("slower than the mean edge by {:.0f} %", 100.0 * (ratio - 1.0))
         : ratio < 1.0 / noise ? fmt::format("faster than the mean edge by {:.0f} %", 100.0 * (1.0 - ratio))
-                              : "as the mean edge");
+                              : "as fast as the mean edge");
   }
   why += fmt::format("the mean edge is within 3 % of the best in {} of {} scenes", best, scenes.size());
   return {agreement(2 * best > scenes.size()), why};
@@ -73,8 +72,8 @@ Finding structures_finding(const std::vector<StructureFigures>& scenes, std::siz
   };
   return {agreement(all_less && second_tries == 0),
           fmt::format(
-              "of the memory of uniform grids, compact ones take {}, hashing {} and cuckoo hashing {} times; "
-              "cuckoo tables are {} % full, the paper's 71 %, and needed {} second tries",
+              "compact grids take {}, hashing {} and cuckoo hashing {} times the memory of uniform grids; "
+              "cuckoo tables are {} % full (paper: 71 %) and needed {} retries",
               fraction(&StructureFigures::compact), fraction(&StructureFigures::hash),
               fraction(&StructureFigures::cuckoo),
               range_of(scenes, "{:.0f}", [](const StructureFigures& s) { return 100.0 * s.occupancy; }),
@@ -95,8 +94,8 @@ Finding errors_finding(const std::vector<ErrorFigures>& scenes) {
     const double fastest = std::min({scene.with_27, scene.with_8, scene.with_1});
     pays = pays || fastest < scene.exact;
     why += fmt::format(
-        "{} in place of 27 cells: {:.2f} times as fast with 8, {:.2f} with 1, and the exact query {:.2f} "
-        "times as fast as the fastest of these; ",
+        "{}: {:.2f} times as fast with 8 cells as with 27, {:.2f} times with 1 cell; the exact query is "
+        "{:.2f} times as fast as the fastest of these; ",
         scene.scene, scene.with_27 / scene.with_8, scene.with_27 / scene.with_1, fastest / scene.exact);
   }
   const auto place = [](double deviation) { return deviation < tolerable ? "below" : "above"; };

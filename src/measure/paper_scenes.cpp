@@ -46,8 +46,7 @@ Section scene_statistics(const std::vector<PaperScene>& scenes) {
     }
   }
   section.verdict = close ? Verdict::agrees : Verdict::differs;
-  section.why = close ? "all counts are within the bounds that we set ourselves"
-                      : "a count is outside of the bounds that we set ourselves";
+  section.why = close ? "all counts are within our own bounds" : "a count is outside our own bounds";
   return section;
 }
 

@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t entries = 128000;
 
 /// Times of sorting a frame, ms, over some passes through the frames; the sorters alternate. Throws Error
-/// where one does not sort.
+/// if one does not sort.
 std::map<std::string, std::vector<double>> times_of(const SortFrames& frames, int rounds) {
   const std::vector<Competitor> all = competitors();
   std::vector<Sorter> sorters;
@@ -47,11 +47,11 @@ Section sort_timings(const PaperEffort& effort) {
       .title = "Sorting 128,000 entries",
       .paper =
           "On four cores radix sort takes 14 ms whatever changes, the STL sort less than 6 ms at 10 % "
-          "changed keys and 3 ms at 2 %; random keys cost both about the same. So the STL sort is "
+          "changed keys and 3 ms at 2 %; random keys cost about the same with both. So the STL sort is "
           "always to be preferred.",
       .ours =
-          "One thread, least times; `std_sort_last_order` starts from last frame's order as the paper "
-          "does, `comparison` is our parallel sort of that kind. Every result is compared with "
+          "One thread, smallest times. `std_sort_last_order` starts from last frame's order, as the paper "
+          "does. `comparison` is our parallel sort of that kind. Every result is compared with "
           "std::sort's.",
       .table = {{"sort; ms by changed keys, %"}, {}}};
   const std::vector<std::pair<Movers, std::string>> motions{
@@ -92,10 +92,9 @@ Section sort_timings(const PaperEffort& effort) {
   section.verdict = ratio("2") < 1.0 && ratio("10") < 1.0 ? Verdict::agrees : Verdict::differs;
   section.why = fmt::format(
       "std::sort takes {:.1f} (2 %), {:.1f} (10 %) and {:.1f} (random) times as long as our radix sort: "
-      "today's radix "
-      "sort needs few digits. What gains from the last order is the repair sort: {:.2f} ms at 2 %, {:.2f} ms "
-      "at 10 %; "
-      "the adaptive switch takes it up to 14 % changed keys (docs/structures.md)",
+      "today's radix sort needs few digits. The sort that gains from the last order is the repair sort: "
+      "{:.2f} ms at 2 %, {:.2f} ms at 10 %; the adaptive switch uses it up to 14 % changed keys "
+      "(docs/structures.md)",
       ratio("2"), ratio("10"), ratio("random"), all["2"]["repair"], all["10"]["repair"]);
   return section;
 }

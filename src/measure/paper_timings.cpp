@@ -47,7 +47,7 @@ Chart frames_chart(const std::string& title, const std::vector<Method>& methods,
 }
 
 void add_times(Section& section, const std::vector<Method>& methods, const std::vector<MethodTimes>& times) {
-  section.table.columns = {"way", "first frame, ms", "update, ms", "query and depth, ms", "whole, ms"};
+  section.table.columns = {"method", "first frame, ms", "update, ms", "query and depth, ms", "whole, ms"};
   for (std::size_t w = 0; w < methods.size(); ++w) {
     section.table.rows.push_back({methods[w].name, ms * total(times[w].of_frame.front()),
                                   ms * times[w].median_update(), ms * times[w].median_query(),
@@ -67,8 +67,8 @@ void add_scaling(Section& section, const std::string& what, const std::vector<Me
         " {} with {} threads: {:.2f} times as fast (update {:.2f}, query {:.2f}), {}.", what,
         methods[w].threads, whole, ratio(&MethodTimes::median_update), ratio(&MethodTimes::median_query),
         whole > 1.0
-            ? fmt::format("parallel share {:.0f} %", 100.0 * parallel_fraction(whole, methods[w].threads))
-            : "slower than one thread, so that the formula gives no parallel share");
+            ? fmt::format("parallel fraction {:.0f} %", 100.0 * parallel_fraction(whole, methods[w].threads))
+            : "slower than one thread, so that the formula gives no parallel fraction");
   }
 }
 
@@ -92,10 +92,11 @@ Section stacking_timings(const PaperScene& stacking, const PaperEffort& effort) 
       .title = "Figure 6: index sort against serial hashing, stacking",
       .paper =
           "Index sort updates faster than spatial hashing even on one core; its query is slower "
-          "on one core (a pass more), which more cores make up for. The first frame is expensive.",
+          "on one core, because it needs one more pass; more cores make up for this. The first frame is "
+          "expensive.",
       .ours = fmt::format(
-          "{} frames from the drop on, the same positions for all methods, in rotating order; the "
-          "index sort needs no pass more, its query works on clusters of tets.",
+          "{} frames from the drop on. All methods get the same positions, in rotating order. The index sort "
+          "here needs no additional pass: its query works on clusters of tets.",
           recording.frames.size()),
       .charts = {frames_chart("Stacking: collision handling per frame", methods, times)}};
   add_times(section, methods, times);
@@ -103,12 +104,11 @@ Section stacking_timings(const PaperScene& stacking, const PaperEffort& effort) 
   add_scaling(section, "Index sort", methods, times, 1, effort.threads.size());
   const bool update = times[1].median_update() < times[0].median_update();
   const bool query_slower = times[1].median_query() > times[0].median_query();
-  const bool first_dear = total(times[1].of_frame.front()) > times[1].median_total();
-  section.verdict = update && first_dear && query_slower ? Verdict::agrees : Verdict::differs;
+  const bool first_expensive = total(times[1].of_frame.front()) > times[1].median_total();
+  section.verdict = update && first_expensive && query_slower ? Verdict::agrees : Verdict::differs;
   section.why = fmt::format(
-      "on one thread the update of index sort takes {:.2f} and the query {:.2f} of the time of hashing; the "
-      "first "
-      "frame takes {:.1f} times the median{}",
+      "on one thread index sort takes {:.2f} times as long as hashing for the update, and {:.2f} times as "
+      "long for the query; the first frame takes {:.1f} times the median{}",
       times[1].median_update() / times[0].median_update(), times[1].median_query() / times[0].median_query(),
       total(times[1].of_frame.front()) / times[1].median_total(),
       query_slower
@@ -130,7 +130,7 @@ Section eye_timings(const PaperScene& eye, const PaperEffort& effort) {
       .title = "Figure 7: index sort against cuckoo hashing, eye",
       .paper =
           "Index sort inserts points faster. With eight cores index sort is 3.2 and cuckoo hashing "
-          "2.6 times as fast as with one (update 1.5, query 5 for index sort): parallel shares of "
+          "2.6 times as fast as with one (update 1.5, query 5 for index sort): parallel fractions of "
           "80 % and 70 %.",
       .ours = fmt::format("{} frames of the eye scene.", recording.frames.size()),
       .charts = {frames_chart("Eye: collision handling per frame", methods, times)}};
@@ -151,10 +151,10 @@ Section order_timings(const std::vector<PaperScene>& scenes, const PaperEffort& 
   Section section{
       .id = "z-curve",
       .title = "Z-curve against linear order of cells",
-      .paper = "Z-order makes edge-triangle queries about 8 % faster, by the cache.",
+      .paper = "Z-order makes edge-triangle queries about 8 % faster, because of the cache.",
       .ours =
-          "Time of linear order over that of Z-order, on one thread, medians of the same frames in "
-          "turns: above 1, Z-order is faster. Cache misses are in a section of their own.",
+          "Time with linear order divided by time with Z-order, on one thread; medians of the same frames, "
+          "measured alternately. Above 1, Z-order is faster. Cache misses have their own section.",
       .table = {{"scene", "update", "edge-triangle crossings", "whole"}, {}}};
   double least = 1e300;
   double most = 0.0;
@@ -179,7 +179,7 @@ Section order_timings(const std::vector<PaperScene>& scenes, const PaperEffort& 
   section.why = fmt::format(
       "crossings: {:.2f} to {:.2f} times the speed of linear order. These scenes fit into the caches of "
       "today's "
-      "processors, and clusters already read rows of cells as one piece",
+      "processors, and clusters already read a row of cells as one interval",
       least, most);
   return section;
 }
@@ -241,9 +241,8 @@ Section structures(const std::vector<PaperScene>& scenes, const PaperEffort& eff
           "Compact grids and hashing save the memory of the dynamic arrays of a uniform grid; cuckoo "
           "tables are 71 % full, and filling them never failed.",
       .ours = "Bytes of both structures (points and border edges) at the last frame, per point.",
-      .table = {
-          {"scene", "structure", "bytes a point", "whole, ms", "cuckoo: full, %", "cuckoo: second tries"},
-          {}}};
+      .table = {{"scene", "structure", "bytes a point", "whole, ms", "cuckoo: full, %", "cuckoo: retries"},
+                {}}};
   std::size_t tries = 0;
   std::vector<StructureFigures> figures;
   for (const PaperScene& scene : scenes) {

@@ -10,8 +10,8 @@
 namespace palpate::measure {
 
 /// Bodies whose points move a little from frame to frame, so that a wanted fraction of them changes its cell:
-/// points tremble around their places. If all are to be movers, the whole scene also moves back and forth
-/// along x.
+/// points move slightly around their positions. If all are to be movers, the whole scene also moves back and
+/// forth along x.
 struct QueryScene {
   std::string name;
   Bodies bodies;
@@ -31,7 +31,7 @@ struct QueryScene {
 /// \param movers  wanted fraction of points in another cell than in the frame before, for cells of the mean
 ///                edge
 QueryScene stacking_scene(int cells, double movers = 0.02);
-/// The same stack at rest, for simulations.
+/// The stack of stacking_scene() at rest, for simulations.
 Model stacking_model(int cells);
 /// Number of cells along a side of the membranes for about `tets` tets.
 int stacking_cells(double tets);
@@ -39,8 +39,8 @@ int stacking_cells(double tets);
 QueryScene pile_scene();
 /// Unstructured: layers of bent tubes of different resolution, one across the other, pressed into each other.
 QueryScene tubes_scene();
-/// Unstructured: two raptors (16 units long and in the same place), of which the right one is moved so that
-/// they overlap.
+/// Unstructured: two raptors (16 units long and in the same position), of which the right one is moved so
+/// that they overlap.
 QueryScene raptors_scene(TetMesh left, TetMesh right);
 /// A shipped scene, from its bodies.
 QueryScene shipped_scene(std::string name, Bodies bodies);

@@ -51,7 +51,7 @@ struct MethodTimes {
 double total(const DetectionTimes& times);
 
 /// Runs the methods on each frame one after the other, in rotating order, so that disturbances of the machine
-/// affect all; `rounds` times from the start, each time with new detectors. Throws Error where an exact
+/// affect all; `rounds` times from the start, each time with new detectors. Throws Error if an exact
 /// method finds other contacts, depths or directions than the first one.
 std::vector<MethodTimes> replay(const Recording& recording, const std::vector<Method>& methods, int rounds);
 

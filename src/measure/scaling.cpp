@@ -150,12 +150,12 @@ void describe_growth(Section& section, const std::string& what, const std::vecto
     }
   }
   section.charts = {std::move(time), std::move(each)};
-  if (!text.empty()) text = "Time grows as the number of tets to the power of (1 is linear): " + text;
+  if (!text.empty()) text = "Exponents of the growth of time with the number of tets (1 is linear): " + text;
   if (!noisy.empty()) {
     text += fmt::format("{}no exponent where quartiles of neighbouring sizes overlap: {}",
                         text.empty() ? "" : "; ", noisy);
   }
-  section.why = text.empty() ? "one size says nothing of growth" : text;
+  section.why = text.empty() ? "one size shows no growth" : text;
 }
 
 Section growth(const ScalingEffort& effort, double most_tets) {
@@ -164,8 +164,8 @@ Section growth(const ScalingEffort& effort, double most_tets) {
       .title = "Detection against size",
       .ours =
           "The stack of membranes with more and more cells, 2 % movers, one thread; medians. The "
-          "structures' bytes are those of the grids of points and border edges; bytes of meshes and detector "
-          "are what they have asked the allocator for and keep.",
+          "bytes of the structures count the grids of points and of border edges. The bytes of meshes and "
+          "detector count the memory that they have allocated and keep.",
       .table = {{"tets", "points", "contacts", "border edges", "frames"}, {}}};
   for (const auto& [name, phase] : phases) section.table.columns.push_back(fmt::format("{}, ms", name));
   for (const char* name :
@@ -214,14 +214,16 @@ Section growth(const ScalingEffort& effort, double most_tets) {
 }
 
 Section thread_scaling(const ScalingEffort& effort, double most_tets) {
-  Section section{.id = "threads",
-                  .title = "Detection against threads",
-                  .ours =
-                      "The same stacks; the thread counts alternate on the same frames and must find the "
-                      "same bits. Medians of time that passed.",
-                  .table = {{"tets", "threads", "whole, ms", "times one thread", "parallel share, %"}, {}}};
+  Section section{
+      .id = "threads",
+      .title = "Detection against threads",
+      .ours =
+          "The stacks of the section before. The thread counts alternate on the same frames and must find "
+          "the "
+          "same bits. Medians of wall time.",
+      .table = {{"tets", "threads", "whole, ms", "times one thread", "parallel fraction, %"}, {}}};
   Chart chart{.title = "Speed-up by threads", .x_label = "threads", .y_label = "times as fast as one thread"};
-  std::string best_text = "one thread is all that this machine has";
+  std::string best_text = "this machine has one thread only";
   double best = 0.0;
   for (const double wanted : effort.tets) {
     if (wanted > std::min(most_tets, 4e6)) continue;

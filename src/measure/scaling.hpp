@@ -22,7 +22,7 @@ ScalingEffort full_scaling();
 
 /// Time of a detection by phases, memory, and the fit of growth; one thread.
 Section growth(const ScalingEffort& effort, double most_tets);
-/// The same frames with more and more threads. Throws Error where a thread count finds other contacts.
+/// The same frames with more and more threads. Throws Error if a thread count finds other contacts.
 Section thread_scaling(const ScalingEffort& effort, double most_tets);
 /// A whole step with its dynamics, 25 iterations of the solver.
 Section step_growth(const ScalingEffort& effort, double most_tets);

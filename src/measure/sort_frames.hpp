@@ -12,9 +12,9 @@ enum class Movers { still, near_2, near_10, near_50, near_100, random_100 };
 
 std::string name_of(Movers movers);
 
-/// Frames of keys for a sort, and the expected results. Points are at random places in a cube of cells, about
-/// one per cell, in random order. A near mover goes to one of the 6 cells beside its own. The frames are
-/// played forwards and backwards, and each step has the wanted fraction of movers.
+/// Frames of keys for a sort, and the expected results. Points are at random positions in a cube of cells,
+/// about one per cell, in random order. A near mover goes to one of the 6 cells beside its own. The frames
+/// are played forwards and backwards, and each step has the wanted fraction of movers.
 struct SortFrames {
   std::uint32_t key_count = 0;
   std::vector<std::vector<std::uint32_t>> keys;    ///< (frames x entries)

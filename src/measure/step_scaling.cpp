@@ -13,18 +13,19 @@ Section step_growth(const ScalingEffort& effort, double most_tets) {
   constexpr int iterations = 25;
   constexpr int warm_up = 2;
   constexpr int measured = 6;  // steps per size: contacts differ from step to step
-  Section section{
-      .id = "step-growth",
-      .title = "A whole step against size",
-      .ours = fmt::format(
-          "The stack falls from touch; one thread, {} iterations of the solver in each solve, so "
-          "that sizes can be compared (how many a solution takes is another matter). A step has as many "
-          "solves as its contacts need: the time of a detection, and all else of a step over its solves; "
-          "medians over steps {} to {}, the same for each size.",
-          iterations, warm_up + 1, warm_up + measured),
-      .table = {{"tets", "points", "steps", "solves a step", "detection, ms", "contact forces, ms",
-                 "dynamics, ms", "whole, ms", "ns a tet"},
-                {}}};
+  Section section{.id = "step-growth",
+                  .title = "A whole step against size",
+                  .ours = fmt::format("The stack falls; its membranes touch at the start. One thread; {} "
+                                      "iterations of the solver in each "
+                                      "solve, so that sizes can be compared (a converged solution may need "
+                                      "another number). A step has as "
+                                      "many solves as its contacts need. So the table has the time of a "
+                                      "detection, and the rest of a step "
+                                      "divided by its solves. Medians over steps {} to {}, for each size.",
+                                      iterations, warm_up + 1, warm_up + measured),
+                  .table = {{"tets", "points", "steps", "solves a step", "detection, ms",
+                             "contact forces, ms", "dynamics, ms", "whole, ms", "ns a tet"},
+                            {}}};
   std::vector<PhaseGrowth> grown{
       {.name = "detection"}, {.name = "contact forces"}, {.name = "dynamics"}, {.name = "whole"}};
   for (const double wanted : effort.step_tets) {

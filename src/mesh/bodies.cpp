@@ -171,7 +171,7 @@ void append_shifted(std::vector<Index>& all, const std::vector<Index>& part, Ind
   for (const Index value : part) all.push_back(value + shift);
 }
 
-/// Appends rows of indices, shifted to their places among all bodies; -1 stays.
+/// Appends rows of indices, shifted to their indices among all bodies; -1 stays.
 template <std::size_t n>
 void append_shifted(std::vector<std::array<Index, n>>& all, const std::vector<std::array<Index, n>>& part,
                     Index shift) {

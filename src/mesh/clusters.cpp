@@ -112,7 +112,7 @@ class Cutter {
     return points_.size() <= Cluster::most_points && longest_side(box) <= most_cluster_extent * largest;
   }
 
-  /// Different points of the primitives, ascending.
+  /// Lists the distinct points of the primitives, ascending.
   void list_points(std::size_t begin, std::size_t end) {
     points_.clear();
     for (std::size_t i = begin; i < end; ++i)

@@ -30,9 +30,9 @@ inline constexpr double most_cluster_extent = 4.0;
 /// Cuts each body into clusters at its rest positions. Each of its connected parts (by common
 /// points; those below 16 tets are one part) is halved across its longest side, again and again, until 16
 /// tets with at most 32 points and a small extent (most_cluster_extent) are left. Cuts leave multiples of 16
-/// tets, so that few clusters are not full. The same for the same bodies. O(tets log tets).
+/// tets, so that few clusters are not full. The same bodies give the same clusters. O(tets log tets).
 Clusters make_tet_clusters(const Bodies& bodies);
-/// The same for the surface triangles.
+/// Clusters of the surface triangles, made like those of the tets.
 Clusters make_triangle_clusters(const Bodies& bodies);
 
 }  // namespace palpate

@@ -11,8 +11,8 @@
 #include "room.hpp"
 
 /// All parallel loops. Work is cut into chunks of a fixed number of items, never by the number of threads.
-/// Every result is written to the place of its item or chunk, so results have the same bits for every thread
-/// count.
+/// Every result is written to the element of its item or chunk, so results have the same bits for every
+/// thread count.
 namespace palpate::parallel {
 
 /// Number of chunks of `grain` items that cover `items`.
@@ -78,8 +78,8 @@ double sum(const Threads& threads, std::size_t items, std::vector<double>& parti
   return total;
 }
 
-/// Lists that chunks fill independently and that are then joined in chunk order. So the order is that of the
-/// items, for every schedule of the threads. Keeps its memory between uses.
+/// Lists that chunks fill independently and that are then joined in chunk order. So the order is the order of
+/// the items, for every schedule of the threads. Keeps its memory between uses.
 template <class T>
 class ChunkedList {
  public:

@@ -9,15 +9,15 @@ namespace palpate::parallel {
 /// Threads that work together on the chunks of a loop. Passed down, never global; copies share the same
 /// threads.
 ///
-/// The caller takes part, chunks are claimed one at a time, and the loop ends when the claimed ones are done.
-/// So a thread that the system has suspended delays only its current chunk. On a machine with other work, a
-/// loop is at worst about as slow as on one thread. (OpenMP's run-time waits for every thread of the team at
-/// each loop; with both cores of our test machine busy, that made steps 8 to 100 times slower.)
+/// The calling thread works too, chunks are claimed one at a time, and the loop ends when the claimed ones
+/// are done. So a thread that the system has suspended delays only its current chunk. On a machine with other
+/// work, a loop is at worst about as slow as on one thread. (OpenMP's run-time waits for every thread of the
+/// team at each loop; with both cores of our test machine busy, that made steps 8 to 100 times slower.)
 class Threads {
  public:
   static constexpr int most = 1024;
 
-  /// Throws Error where count is negative or more than `most`.
+  /// Throws Error if count is negative or more than `most`.
   /// \param count  threads including the caller; 0 takes as many as the process may use. If the system gives
   ///               fewer, count() returns that number
   explicit Threads(int count = 0);

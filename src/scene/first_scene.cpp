@@ -115,7 +115,7 @@ SceneBody soft_body(const FirstSceneNames& names, const Placed& placed, const Fi
   return body;
 }
 
-/// Side length of a square on which the body lies, also if it topples over.
+/// Side length of a square on which the body lies, even if it topples over.
 double side_of_floor(const Placed& placed) {
   const double side = std::max(placed.size.x, placed.size.y);
   return 2.0 * std::max(side, placed.size.z);

@@ -14,7 +14,7 @@ inline constexpr int most_ball_resolution = 256;
 
 /// A box centred at the origin: cells[0] x cells[1] x cells[2] cells, each cut into 5 tets (a middle one and
 /// four corners), mirrored in cells with odd i + j + k so that faces match. Points are numbered x fastest,
-/// then y, then z; all tets have positive volume. `size` in length units. Throws Error where a number of
+/// then y, then z; all tets have positive volume. `size` in length units. Throws Error if a number of
 /// cells is not positive, a size is not positive and finite, or the indices do not fit. O(cells).
 TetMesh make_box(const std::array<int, 3>& cells, const Vec3& size);
 
@@ -23,9 +23,9 @@ TetMesh make_box(const std::array<int, 3>& cells, const Vec3& size);
 /// spacing.
 ///
 /// Point 0 is the centre; the points follow by layer, 10 k^2 + 2 in layer k; those of the last layer are on
-/// the sphere to rounding. 20 resolution^3 tets of positive volume. Dihedral angles stay above 35 degrees at
-/// every resolution, because each of the 20 parts is one smooth map of a regular lattice. Lattice tets by the
-/// edgewise subdivision of Edelsbrunner and Grayson (2000), section 3. Throws Error where an argument is not
+/// the sphere up to rounding. 20 resolution^3 tets of positive volume. Dihedral angles stay above 35 degrees
+/// at every resolution, because each of the 20 parts is one smooth map of a regular lattice. Lattice tets by
+/// the edgewise subdivision of Edelsbrunner and Grayson (2000), section 3. Throws Error if an argument is not
 /// positive and finite, or the resolution is above 256. O(resolution^3 log resolution).
 TetMesh make_ball(double radius, int resolution);
 
@@ -42,7 +42,7 @@ struct StackingOptions {
 
 /// A stack of membranes above an obstacle, at the start of a fall onto each other. Each is shifted and
 /// rotated a little, by a hash of (seed, index), so that rims and grid points do not coincide. The lowest
-/// membrane rests on z = 0 and is neither shifted nor rotated. Throws Error where an option is out of range.
+/// membrane rests on z = 0 and is neither shifted nor rotated. Throws Error if an option is out of range.
 Scene make_stacking_scene(const StackingOptions& options = {});
 
 }  // namespace palpate

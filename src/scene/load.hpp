@@ -25,7 +25,7 @@ using CellReader =
 /// Makes or reads the mesh of each body, places it, and finds its fixed, attached, loaded and grabbed points.
 /// Bodies are in the order of the scene, their rest positions are world positions; a rigid body that names no
 /// material gets the default, and the materials of regions follow those of the bodies. Throws Error naming
-/// the scene and key path where a selection selects no point, an index is out of range, a point is attached
+/// the scene and key path if a selection selects no point, an index is out of range, a point is attached
 /// twice or to a body without a motion, and whatever the reader or Bodies::add() throws. O(points x
 /// selections + n log n).
 /// \param read_cells  needed where fibres have a field, or a region a label

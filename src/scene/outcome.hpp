@@ -12,12 +12,12 @@
 /// Outcomes of a scene: the quantities that a run is to determine.
 namespace palpate {
 
-/// A place in a body at rest; it moves with the tet that contains it.
+/// A material point, by its position in a body at rest; it moves with the tet that contains it.
 struct ScenePoint {
   std::string body;
   Vec3 at{};
 };
-/// Displacement from rest: of the centre of mass of a body, or of a place in it.
+/// Displacement from rest: of the centre of mass of a body, or of a material point.
 struct DisplacementOutcome {
   std::string body;
   std::optional<Vec3> at{};

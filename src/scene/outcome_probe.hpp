@@ -33,7 +33,7 @@ struct OutcomeValue {
 /// Computes the outcomes of a scene.
 class OutcomeProbe {
  public:
-  /// Throws Error naming the scene and the key path if a place is outside its body. O(tets x places).
+  /// Throws Error naming the scene and the key path if a position is outside its body. O(tets x positions).
   OutcomeProbe(const Scene& scene, const Bodies& bodies);
 
   [[nodiscard]] const std::vector<OutcomeInfo>& infos() const { return infos_; }
@@ -46,7 +46,7 @@ class OutcomeProbe {
   [[nodiscard]] std::string in_words(std::size_t outcome, double value) const;
 
  private:
-  /// An outcome with resolved names: bodies by number, places by tet.
+  /// An outcome with resolved names: bodies by number, material points by tet.
   struct Of {
     std::array<Index, 2> bodies{-1, -1};
     std::array<Landmark, 2> marks{};

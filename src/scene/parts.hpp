@@ -136,7 +136,7 @@ struct Load {
   std::optional<Ramp> ramp{};        ///< none: the full load at all times
   Selection points;
 };
-/// A spring between a place in space and the point of the body that is nearest to `from`.
+/// A spring between a position in space and the point of the body that is nearest to `from`.
 struct SceneGrab {
   Vec3 from{};
   Vec3 target{};

@@ -12,7 +12,7 @@
 namespace palpate {
 namespace {
 
-/// The mesh of a body at its present positions.
+/// The mesh of a body at its current positions.
 TetMesh mesh_now(const Simulation& simulation, Index body) {
   const Body& range = at(simulation.bodies().bodies(), body);
   TetMesh mesh;

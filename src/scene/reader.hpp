@@ -191,7 +191,7 @@ class Reader {
       read_alternative<I + 1>(value, keys, there);
     }
   }
-  /// If an alternative is misspelt, reports that in place of the missing key.
+  /// If an alternative is misspelt, reports that instead of the missing key.
   [[noreturn]] void refuse_alternatives(const std::vector<std::string_view>& there,
                                         std::span<const std::string_view> keys) const;
   /// Reports all wrong units in one error.

@@ -53,7 +53,7 @@ KeyLister::Keys list_scene_keys() {
 
 namespace {
 
-/// Gives bodies without a name the name "body I", and throws Error where two bodies have one name.
+/// Gives bodies without a name the name "body I", and throws Error if two bodies have the same name.
 void name_bodies(Scene& scene) {
   std::set<std::string> names;
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
@@ -121,13 +121,13 @@ void set_duration(Scene& scene, const nlohmann::json& json) {
 }
 
 /// Copies the properties of bodies that detection needs.
-void mark_self_collision(Scene& scene) {
+void copy_self_collision_flags(Scene& scene) {
   std::vector<std::uint8_t>& flags = scene.settings.detection.self_collision;
   flags.clear();
   for (const SceneBody& body : scene.bodies) flags.push_back(body.self_collision ? 1 : 0);
 }
 
-/// The pairs of bodies that must not touch each other.
+/// Lists the pairs of bodies whose contacts are ignored.
 void ignore_pairs(Scene& scene) {
   auto& pairs = scene.settings.detection.ignored_pairs;
   pairs.clear();
@@ -154,7 +154,7 @@ void fill(Scene& scene, const nlohmann::json& json) {
   set_duration(scene, json);
   check_stages(scene);
   check_outcomes(scene);
-  mark_self_collision(scene);
+  copy_self_collision_flags(scene);
   ignore_pairs(scene);
 }
 

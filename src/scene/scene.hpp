@@ -146,7 +146,7 @@ Scene read_scene_text(std::string_view text, std::string source_name, std::files
                       std::span<const std::string> changes = {});
 
 /// The text form of a scene, with all settings (of bodies, only those that differ from the default). Reading
-/// it gives the same scene, bit for bit. Throws Error where a number is NaN or infinite.
+/// it gives the same scene, bit for bit. Throws Error if a number is NaN or infinite.
 std::string write_scene(const Scene& scene);
 
 /// A short text form to begin with: only what differs from the defaults, and what users change first (units,

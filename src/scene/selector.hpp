@@ -31,7 +31,7 @@ inline bool contains(const SphereSelection& sphere, const Vec3& p) {
   return length(p - sphere.center) <= sphere.radius;
 }
 
-/// The body of a scene with that name. Throws Error naming `where` if there is none, or if it is the body
+/// The body of a scene with that name. Throws Error naming `if` if there is none, or if it is the body
 /// `self`.
 inline Index body_named(const Scene& scene, const std::string& name, const std::string& where, Index self) {
   std::vector<std::string_view> known;
@@ -42,7 +42,7 @@ inline Index body_named(const Scene& scene, const std::string& name, const std::
   }
   throw Error(scene.source, where, "'" + name + "'",
               known.empty() ? "the name of another body; this scene has no other"
-                            : expected_name(name, known) + ", another body");
+                            : "another body: " + expected_name(name, known));
 }
 
 /// Indices of the points for which holds(point) is true.

@@ -20,14 +20,14 @@ struct StageBody {
   std::string body;
   std::optional<StagePart> part{};  ///< none: the whole body
 };
-/// Moves a body, or a part of it, from its place at the start of the stage. Whatever is attached to a rigid
-/// body moves with it.
+/// Moves a body, or a part of it, from its position at the start of the stage. Whatever is attached to a
+/// rigid body moves with it.
 struct StageMove {
   std::string body;
   std::optional<StagePart> part{};
   SceneMotion motion;  ///< times count from the start of the stage
 };
-/// Ties points of a body to another deformable body, at their places at the start of the stage.
+/// Ties points of a body to another deformable body, at their positions at the start of the stage.
 struct StageTie {
   std::string body;
   std::string to;

@@ -8,22 +8,22 @@
 namespace palpate {
 
 template <class Archive>
-void describe(Archive& archive, PlacedOverlap& overlap) {
+void serialize(Archive& archive, PlacedOverlap& overlap) {
   archive(overlap.placed, overlap.other, overlap.contacts, overlap.deepest);
 }
 
 template <class Archive>
-void describe(Archive& archive, StageEnding& ending) {
+void serialize(Archive& archive, StageEnding& ending) {
   archive(ending.step, ending.reached, ending.overlaps);
 }
 
 template <class Archive>
-void describe(Archive& archive, OutcomeValue& value) {
+void serialize(Archive& archive, OutcomeValue& value) {
   archive(value.value, value.vector);
 }
 
 template <class Archive>
-void describe(Archive& archive, StageProgress& progress) {
+void serialize(Archive& archive, StageProgress& progress) {
   archive(progress.endings, progress.begun);
 }
 

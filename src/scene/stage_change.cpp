@@ -114,8 +114,8 @@ class StageReader {
     if (first.time > 0.0) {
       keys.insert(keys.begin(), Keyframe{});
     } else if (first.translate != Vec3{} || turned != Vec3{}) {
-      fail(where + ".motion.keyframes[0]", "a pose at time 0 that differs from the body's present pose",
-           "a keyframe at a later time; the motion starts at the present pose");
+      fail(where + ".motion.keyframes[0]", "a pose at time 0 that differs from the body's current pose",
+           "a keyframe at a later time; the motion starts at the current pose");
     }
     changes_.fixed.moves.push_back(std::move(points));
   }

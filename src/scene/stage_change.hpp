@@ -22,8 +22,8 @@ class StageChanges {
   StageChanges(const Scene& scene, const Bodies& bodies);
 
   /// The changes at the start of a stage.
-  /// \param positions  (n_points x 3) at present
-  /// \param ties       of the simulation at present
+  /// \param positions  (n_points x 3), current
+  /// \param ties       the current ones of the simulation
   [[nodiscard]] ModelChange at_start(std::size_t stage, const Bodies& bodies, std::span<const Vec3> positions,
                                      std::span<const Tie> ties, double time) const;
   /// Gravity during a stage: the last value that a stage has set, or that of the scene.
@@ -35,7 +35,7 @@ class StageChanges {
     Index to = -1;
     std::optional<double> stiffness{};
   };
-  /// The changes of a stage before positions are known: times count from its start, and ties have no place
+  /// The changes of a stage before positions are known: times count from its start, and ties have no position
   /// yet.
   struct Changes {
     ModelChange fixed;

@@ -34,7 +34,7 @@ struct StageProgress {
 /// ends(). A scene without stages is complete at once.
 class StageRun {
  public:
-  /// Throws Error as StageChanges does, and where the number of steps of a stage overflows.
+  /// Throws Error as StageChanges does, and if the number of steps of a stage overflows.
   StageRun(const Scene& scene, const Simulation& simulation);
 
   [[nodiscard]] bool any() const { return !stages_.empty(); }
@@ -43,7 +43,7 @@ class StageRun {
   /// The current stage, or the next one to begin; after the end, the last one.
   [[nodiscard]] const Stage& stage() const;
   /// Begins the next stage and changes the simulation; returns what it changed, besides gravity. Does nothing
-  /// where it has begun or all are complete. Throws Error where the simulation refuses a change.
+  /// where it has begun or all are complete. Throws Error if the simulation refuses a change.
   std::optional<ModelChange> begin(Simulation& simulation);
   /// Call after a step: returns whether the stage ends with it. Then call begin() again, unless it was the
   /// last stage.

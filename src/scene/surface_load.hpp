@@ -14,7 +14,7 @@
 namespace palpate {
 
 /// A pressure or traction of a scene, on the surface triangles of a body with all corners selected. Throws
-/// Error naming `where` if there is none.
+/// Error naming `if` if there is none.
 /// \param selected  points of the body, as indices in the body
 inline SurfaceLoad surface_load_of(const Scene& scene, const Bodies& bodies, Index body, const Load& load,
                                    std::span<const Index> selected, const std::string& where) {

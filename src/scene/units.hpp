@@ -59,8 +59,8 @@ inline constexpr Dimension stiffness{1, 0, -2};
 [[nodiscard]] double to_si(double value, const Units& units, const Dimension& dimension);
 [[nodiscard]] double from_si(double value, const Units& units, const Dimension& dimension);
 
-/// The name of a scene's unit: "N" in SI, else "g mm/s^2 = uN", or "kg cm/s^2 = 1e-2 N" where no prefix fits.
-/// ASCII. Empty for a dimensionless number.
+/// The name of a scene's unit: "N" in SI, otherwise "g mm/s^2 = uN", or "kg cm/s^2 = 1e-2 N" where no prefix
+/// fits. ASCII. Empty for a dimensionless number.
 [[nodiscard]] std::string unit_name(const Units& units, const Dimension& dimension);
 /// The unit of display for numbers of about this size: a number of the scene times `factor` is in this unit.
 struct UnitForPeople {

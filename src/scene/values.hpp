@@ -66,7 +66,7 @@ void decode(const Context& context, const std::string& path, const nlohmann::jso
   for (std::size_t i = 0; i < N; ++i) decode(context, element_path(path, i), json[i], value[i], limits);
 }
 
-/// Encodes a value. Throws Error naming `path` where a number is NaN or infinite.
+/// Encodes a value. Throws Error naming `path` if a number is NaN or infinite.
 nlohmann::ordered_json encode(const std::string& path, double value);
 nlohmann::ordered_json encode(const std::string& path, int value);
 nlohmann::ordered_json encode(const std::string& path, bool value);

@@ -17,7 +17,7 @@
 #include <palpate/types.hpp>
 
 /// Writes values as bytes and reads them back: little-endian, one after the other, without names. For each
-/// type a function `describe(archive, value)` passes the members to the archive; it serves for writing and
+/// type a function `serialize(archive, value)` passes the members to the archive; it serves for writing and
 /// reading.
 namespace palpate {
 
@@ -26,7 +26,7 @@ template <class T>
 concept Scalar = std::is_arithmetic_v<T> || std::is_enum_v<T>;
 
 template <class Archive>
-void describe(Archive& archive, Vec3& v) {
+void serialize(Archive& archive, Vec3& v) {
   archive(v.x, v.y, v.z);
 }
 
@@ -39,7 +39,7 @@ class Archive {
     for (T& value : values) direction()(value);
   }
   template <class T>
-  requires(!Scalar<T>) void operator()(T& value) { describe(direction(), value); }
+  requires(!Scalar<T>) void operator()(T& value) { serialize(direction(), value); }
   template <class First, class Second, class... More>
   void operator()(First& first, Second& second, More&... more) {
     direction()(first);

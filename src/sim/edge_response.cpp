@@ -25,7 +25,7 @@ double beyond_least(double weight) {
   return std::max(0.0, (weight - least_weight) / (1.0 - least_weight));
 }
 
-/// The place where an edge meets a triangle.
+/// The point where an edge meets a triangle.
 struct Meeting {
   Index triangle;
   double parameter;               ///< on the edge
@@ -57,7 +57,7 @@ double held_by(const EdgeResponse::Frame& frame, Index contact, double depth) {
   return std::min(1.0, force / (enough * depth));
 }
 
-/// The same for the corners of a triangle and their neighbours, interpolated by barycentric weights.
+/// held_by() for the corners of a triangle and their neighbours, interpolated by barycentric weights.
 double held_near(const EdgeResponse::Frame& frame, const Meeting& meeting, Index body, double depth) {
   double held = 0.0;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -139,7 +139,7 @@ void EdgeResponse::add_edge_contact(const Frame& frame, std::size_t contact, Ind
   }
   // Depths are measured from the planes through which the ends enter.
   const double outside = part(enters * meetings[0].steepness) * part((1.0 - leaves) * meetings[1].steepness);
-  // As soon as an end is inside, the factor is that of an edge at a rim.
+  // As soon as an end is inside, the factor of an edge at a rim applies.
   const double lack = support_.lack(own, body);
   const double beside = lack + (1.0 - lack) * outside;
   const double whole_stiffness = part_of_an_end * frame.rules.stiffness(own, body);

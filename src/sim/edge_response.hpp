@@ -32,8 +32,8 @@ struct EdgeEnd {
   std::array<double, 5> coefficients{};  ///< coefficients of its coupling
   bool of_edge =
       true;  ///< true: the coupling is between two points and a triangle; false: between a point and a tet
-  fem::ContactLaw law;           ///< its depth is zero if the two places of the coupling coincide
-  Vec3 velocity{};               ///< relative velocity of the two places, m/s
+  fem::ContactLaw law;           ///< its depth is zero if the two positions of the coupling coincide
+  Vec3 velocity{};               ///< relative velocity of the two positions, m/s
   double chatter_damping = 0.0;  ///< N s/m
   std::int32_t lost = 0;         ///< steps since it was inside
   bool acts = false;             ///< acted in the last step
@@ -44,7 +44,7 @@ struct EdgeEnd {
 /// Forces of edges where contacts of points do not suffice (docs/edges.md): of edge contacts, and of edges at
 /// rims. Both act at the ends of the part that is inside: where the edge meets the surface of the body, by a
 /// coupling of its two points with the corners of the triangle there, or at a point of it that is in contact
-/// itself. Force and reaction act at one place.
+/// itself. Force and reaction act at one position.
 ///
 /// The stiffness at an end is half that of a contact (each point has some edges) times weights that keep
 /// forces continuous:
@@ -60,7 +60,7 @@ struct EdgeEnd {
 ///   the two bodies do not resist tilting (PairSupport), and the points of the edge do not support it.
 class EdgeResponse {
  public:
-  /// The force of an edge at one place.
+  /// The force of an edge at one position.
   struct Row {
     EdgeEnd end;
     double depth = 0.0;  ///< at the start of the step, m; negative: a gap

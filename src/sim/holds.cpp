@@ -93,7 +93,7 @@ class Changer {
   }
   void check_present(const char* where, Index body) const {
     if (at(holds_.absent, body) == 0) return;
-    throw Error(source_name, where, title(bodies_, body) + ", which is not in the simulation at present",
+    throw Error(source_name, where, title(bodies_, body) + ", which is not in the simulation now",
                 "a body that is in it");
   }
   void check_point(const char* where, Index point) const {
@@ -136,7 +136,7 @@ std::vector<std::uint8_t> rigid_bodies(const Holds& holds) {
   return rigid;
 }
 
-std::vector<std::uint8_t> unfree_points(const Holds& holds, const Bodies& bodies) {
+std::vector<std::uint8_t> constrained_points(const Holds& holds, const Bodies& bodies) {
   std::vector<std::uint8_t> unfree = holds.fixed_points;
   for (std::size_t p = 0; p < unfree.size(); ++p) {
     const bool moved = p < holds.motion_of_point.size() && holds.motion_of_point[p] >= 0;

@@ -10,11 +10,11 @@
 
 namespace palpate {
 
-/// A tie and its place in the tet.
+/// A tie and its position in the tet.
 struct HeldTie {
   Tie tie{};
   std::array<double, 4>
-      weights{};  ///< in the order of the corners; the place may be slightly outside the tet
+      weights{};  ///< in the order of the corners; the position may be slightly outside the tet
 };
 
 /// Constraints of bodies and points that a ModelChange can change. Arrays have their full length.
@@ -36,7 +36,7 @@ struct Holds {
 /// (n_bodies) 1: all points are fixed or prescribed, and nothing deforms.
 [[nodiscard]] std::vector<std::uint8_t> rigid_bodies(const Holds& holds);
 /// (n_points) 1: fixed, prescribed, or part of an absent body.
-[[nodiscard]] std::vector<std::uint8_t> unfree_points(const Holds& holds, const Bodies& bodies);
+[[nodiscard]] std::vector<std::uint8_t> constrained_points(const Holds& holds, const Bodies& bodies);
 /// (n_points) the motion of each point, -1 for those of absent bodies.
 [[nodiscard]] std::vector<Index> motions_of_present(const Holds& holds, const Bodies& bodies);
 /// The detection settings, in which absent bodies have no contacts.

@@ -23,7 +23,7 @@ struct KeptContact {
   double stiffness = 0.0;  ///< of the contact, N/m
 };
 
-/// The present position of a kept contact's point.
+/// The current position of a kept contact's point.
 struct NearContact {
   KeptContact kept;
   double gap = 0.0;                 ///< to the plane, >= 0, m

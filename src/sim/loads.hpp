@@ -19,7 +19,7 @@ struct LoadSet {
 };
 /// The loads of a model.
 [[nodiscard]] LoadSet loads_of(const Model& model);
-/// Replaces all loads of a body. Throws Error on a body out of range, and where a load of this body also
+/// Replaces all loads of a body. Throws Error on a body out of range, and if a load of this body also
 /// belongs to another body.
 void replace_loads(const BodyLoads& change, const Bodies& bodies, LoadSet& loads);
 
@@ -46,7 +46,7 @@ class Loads {
   std::span<const Vec3> forces(const Bodies& bodies, std::span<const Vec3> positions, const Vec3& gravity,
                                double time_end);
 
-  /// The present loads: part of the saved state.
+  /// The current loads: part of the saved state.
   [[nodiscard]] const LoadSet& all() const { return loads_; }
   void restore(std::vector<Vec3> forces, std::vector<double> pressures);
 
@@ -57,7 +57,7 @@ class Loads {
   std::vector<std::uint8_t> rigid_;  ///< (n_bodies)
   std::span<const double> masses_;
   LoadSet loads_;
-  std::vector<Vec3> sum_;  ///< (n_points) forces of the present step
+  std::vector<Vec3> sum_;  ///< (n_points) forces of the current step
 };
 
 /// Factor of a ramp at a time. O(times).

@@ -41,7 +41,7 @@ inline std::vector<std::uint8_t> axes_or_none(const Model& model) {
 }
 
 /// Per point, 1: fixed or prescribed.
-inline std::vector<std::uint8_t> unfree_points(const Model& model) {
+inline std::vector<std::uint8_t> constrained_points(const Model& model) {
   auto flags = flags_or_none(model.fixed_points, model.bodies.points_rest().size(), "fixed_points");
   for (std::size_t p = 0; p < model.motion_of_point.size() && p < flags.size(); ++p) {
     if (model.motion_of_point[p] >= 0) flags[p] = 1;

@@ -25,7 +25,7 @@ const Body& checked_body(const Bodies& bodies, Index body) {
   throw Error("outcomes", "body", std::to_string(body), "less than " + std::to_string(bodies.body_count()));
 }
 
-/// Barycentric weights of a place in a tet.
+/// Barycentric weights of a position in a tet.
 std::array<double, 4> weights_in_tet(const Vec3& p, const Tet& tet, std::span<const Vec3> positions) {
   const auto corner = [&](std::size_t i) { return at(positions, tet[i]); };
   const auto six_volumes = [](const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
@@ -140,8 +140,8 @@ Landmark landmark(const Bodies& bodies, Index body, const Vec3& place) {
   }
   throw Error(
       "landmark", "",
-      "a place " + number_text(distance_to_surface(bodies, of, place)) + " outside of '" + of.name + "'",
-      "a place in the body at rest");
+      "a position " + number_text(distance_to_surface(bodies, of, place)) + " outside of '" + of.name + "'",
+      "a position in the body at rest");
 }
 
 Vec3 place_of(const Bodies& bodies, const Landmark& landmark, std::span<const Vec3> positions) {

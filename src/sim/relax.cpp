@@ -86,7 +86,7 @@ class Relaxation {
         threads_(threads),
         time_step_(time_steps * settings.time_step),
         materials_(elastic(model.materials), model.material_of_tet, model.fibre_of_tet),
-        dynamics_(bodies_, materials_, unfree_points(holds_of(model), bodies_), rigid_bodies(model),
+        dynamics_(bodies_, materials_, constrained_points(holds_of(model), bodies_), rigid_bodies(model),
                   threads_),
         detector_(bodies_, without_absent(exact(settings.detection), model.absent), rigid_bodies(model),
                   threads),
@@ -124,7 +124,7 @@ class Relaxation {
   }
   /// Largest displacement of a point, m.
   [[nodiscard]] double largest_move() const { return largest_distance(dynamics_.positions(), start_); }
-  /// The rest positions that belong to the present positions; those of prescribed points do not change.
+  /// The rest positions that belong to the current positions; those of prescribed points do not change.
   [[nodiscard]] std::vector<Vec3> points_rest() const {
     std::vector<Vec3> points(dynamics_.positions().begin(), dynamics_.positions().end());
     for (const Index p : prescribed_.points()) at(points, p) = at(bodies_.points_rest(), p);
@@ -157,7 +157,7 @@ class Relaxation {
   }
 
  private:
-  /// Detects contacts at the present positions, and computes their forces.
+  /// Detects contacts at the current positions, and computes their forces.
   void find_contacts() {
     detector_.detect(dynamics_.positions());
     couplings_.clear();

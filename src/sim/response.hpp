@@ -36,7 +36,7 @@ struct StopOfPassing {
 /// Penalty forces of contacts (paper 3: the force on a collided point grows with its penetration depth), with
 /// damping, Coulomb friction, and the reaction on the penetrated tet.
 ///
-/// For the relative position u = p - sum_j w_j x_j of a point and its place in the tet:
+/// For the relative position u = p - sum_j w_j x_j of a point and its position in the tet:
 /// - Along the direction r: force k d on the point, and its reaction by the weights on the tet, so that
 /// forces and torques add up to zero. Stiffness k r r^T and damping c r r^T are implicit in the solver. No
 /// force where it would pull at the end of the step.
@@ -139,7 +139,7 @@ class ContactResponse {
   /// equal bodies give 5 E h, about five times the stiffness of one layer of tets: contacts sink in less than
   /// the tissue deforms.
   [[nodiscard]] double stiffness(Index body_a, Index body_b) const;
-  /// Reduced mass of the two places of a coupling, kg; 0 if no point of it can move.
+  /// Reduced mass of the two sides of a coupling, kg; 0 if no point of it can move.
   [[nodiscard]] double reduced_mass(const fem::Coupling& coupling) const;
   /// Damping of a contact of this stiffness, without chatter damping, N s/m.
   [[nodiscard]] double damping(const fem::Coupling& coupling, double stiffness) const;
@@ -210,7 +210,7 @@ class ContactResponse {
   std::span<const std::uint8_t> moves_;
 };
 
-/// The coupling of a point with the place in a tet with these weights, without a force.
+/// The coupling of a point with the position in a tet with these weights, without a force.
 [[nodiscard]] fem::Coupling coupling_of(Index point, const Tet& tet, const std::array<double, 4>& w);
 
 }  // namespace palpate

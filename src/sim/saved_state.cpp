@@ -9,36 +9,36 @@
 
 namespace palpate {
 
-// describe() of the data of fingerprints; the archive finds these functions by argument-dependent lookup.
+// serialize() of the data of fingerprints; the archive finds these functions by argument-dependent lookup.
 
 template <class Archive>
-void describe(Archive& archive, Fibres& f) {
+void serialize(Archive& archive, Fibres& f) {
   archive(f.direction, f.stiffness, f.exponent, f.active_stress, f.activation);
 }
 
 template <class Archive>
-void describe(Archive& archive, Viscosity& v) {
+void serialize(Archive& archive, Viscosity& v) {
   archive(v.fractions, v.times);
 }
 
 template <class Archive>
-void describe(Archive& archive, Material& m) {
+void serialize(Archive& archive, Material& m) {
   archive(m.young_modulus, m.poisson_ratio, m.density, m.mass_damping, m.stiffness_damping, m.plastic_yield,
           m.plastic_creep, m.plastic_maximum, m.model, m.mooney_fraction, m.elements, m.fibres, m.viscosity);
 }
 
 template <class Archive>
-void describe(Archive& archive, InterestRegion& region) {
+void serialize(Archive& archive, InterestRegion& region) {
   archive(region.center, region.radius);
 }
 
 template <class Archive>
-void describe(Archive& archive, Budget& budget) {
+void serialize(Archive& archive, Budget& budget) {
   archive(budget.tests, budget.milliseconds, budget.region);
 }
 
 template <class Archive>
-void describe(Archive& archive, SimulationSettings& s) {
+void serialize(Archive& archive, SimulationSettings& s) {
   archive(s.time_step, s.time_integration, s.gravity, s.detection.cells_per_primitive,
           s.detection.self_collision, s.detection.budget, s.detection.ignored_pairs,
           s.detection.edge_contacts, s.detection.continuous);

@@ -35,7 +35,7 @@ struct Fingerprint {
 /// O(points + tets).
 Fingerprint fingerprint_of(const Model& model, const SimulationSettings& settings);
 
-/// The present values of all that a ModelChange can change, except motions.
+/// The current values of all that a ModelChange can change, except motions.
 struct ChangedModel {
   Holds holds;
   std::vector<PointLoad> point_loads;
@@ -61,7 +61,7 @@ struct SavedState {
   std::vector<Vec3> tie_forces;
   bool records_reactions = false;
   std::vector<Vec3> reactions;
-  std::optional<ChangedModel> changed;  ///< empty: constraints and loads are those of the model
+  std::optional<ChangedModel> changed;  ///< empty: constraints and loads are as in the model
 };
 
 /// Throws Error if an index is out of range, a number is not finite or the length of an array does not match
@@ -69,12 +69,12 @@ struct SavedState {
 void check_saved(const SavedState& saved, const Bodies& bodies);
 
 template <class Archive>
-void describe(Archive& archive, CuckooCounts& c) {
+void serialize(Archive& archive, CuckooCounts& c) {
   archive(c.cells, c.slots, c.buckets, c.bucket_retries, c.redistributions, c.growths);
 }
 
 template <class Archive>
-void describe(Archive& archive, DetectionCounts& c) {
+void serialize(Archive& archive, DetectionCounts& c) {
   archive(c.depth_fallbacks, c.cancelled_directions, c.raised_depths, c.regions_without_border,
           c.border_edges_without_crossing, c.rough_depths, c.contacts, c.edge_contacts, c.border_edges,
           c.crossings, c.candidates, c.folded_pairs, c.movers, c.approximated_primitives, c.dropped_cells,
@@ -89,7 +89,7 @@ void describe(Archive& archive, DetectionCounts& c) {
 }
 
 template <class Archive>
-void describe(Archive& archive, StepMetrics& m) {
+void serialize(Archive& archive, StepMetrics& m) {
   archive(m.step, m.time, m.detection, m.solves, m.detections, m.speculative_contacts, m.stopped_passes,
           m.passes, m.pairs_that_could_pass, m.thinnest, m.looks_ahead, m.solver_iterations,
           m.solver_converged, m.order, m.kinetic_energy, m.elastic_energy, m.largest_speed, m.fastest_body,
@@ -97,28 +97,28 @@ void describe(Archive& archive, StepMetrics& m) {
 }
 
 template <class Archive>
-void describe(Archive& archive, HeldGrab& held) {
+void serialize(Archive& archive, HeldGrab& held) {
   archive(held.grab.point, held.grab.target, held.grab.stiffness, held.force);
 }
 
 template <class Archive>
-void describe(Archive& archive, Keyframe& key) {
+void serialize(Archive& archive, Keyframe& key) {
   archive(key.time, key.translate, key.quaternion);
 }
 
 template <class Archive>
-void describe(Archive& archive, Motion& motion) {
+void serialize(Archive& archive, Motion& motion) {
   archive(motion.center, motion.keyframes);
   archive.choice(motion.interpolation, interpolation_names.size());
 }
 
 template <class Archive>
-void describe(Archive& archive, fem::SymmetricMatrix3& m) {
+void serialize(Archive& archive, fem::SymmetricMatrix3& m) {
   archive(m.xx, m.yy, m.zz, m.xy, m.xz, m.yz);
 }
 
 template <class Archive>
-void describe(Archive& archive, fem::DynamicsState& s) {
+void serialize(Archive& archive, fem::DynamicsState& s) {
   archive(s.positions, s.velocities, s.velocity_changes, s.plastic_strains, s.viscous_stresses,
           s.inversion_clocks, s.jacobi_iterations, s.jacobi_iterations_of_contacts, s.multigrid_reference,
           s.multigrid_stale_iterations, s.past_positions, s.past_velocities, s.past_duration,
@@ -127,74 +127,74 @@ void describe(Archive& archive, fem::DynamicsState& s) {
 
 /// Describes states of contacts column by column, like the table.
 template <class Archive>
-void describe(Archive& archive, ContactHistory& c) {
+void serialize(Archive& archive, ContactHistory& c) {
   archive(c.point, c.body);
   std::apply([&](auto&... column) { archive(column...); }, c.states.columns());
 }
 
 template <class Archive>
-void describe(Archive& archive, KeptContact& c) {
+void serialize(Archive& archive, KeptContact& c) {
   archive(c.point, c.body, c.tet, c.distances, c.foot, c.stiffness);
 }
 
 template <class Archive>
-void describe(Archive& archive, EdgeEnd& s) {
+void serialize(Archive& archive, EdgeEnd& s) {
   archive(s.edge, s.body, s.end, s.points, s.coefficients, s.of_edge, s.law.slip, s.law.direction,
           s.law.depth, s.law.stiffness, s.velocity, s.chatter_damping, s.lost, s.acts);
 }
 
 template <class Archive>
-void describe(Archive& archive, ActedContact& c) {
+void serialize(Archive& archive, ActedContact& c) {
   archive(c.points, c.coefficients, c.of_edge, c.depth, c.direction, c.force);
   archive.choice(c.status, contact_status_names.size());
   archive(c.speculative);
 }
 
 template <class Archive>
-void describe(Archive& archive, CellSizeTrial& trial) {
+void serialize(Archive& archive, CellSizeTrial& trial) {
   archive(trial.cell_size, trial.lookups, trial.visits, trial.work);
 }
 
 template <class Archive>
-void describe(Archive& archive, DetectorMemory& m) {
+void serialize(Archive& archive, DetectorMemory& m) {
   archive(m.cell_size, m.trials, m.lower, m.upper, m.detections, m.repairs, m.counts, m.tet_states,
           m.triangle_states, m.fraction, m.reference_points, m.coherence, m.skipped_grid);
 }
 
 template <class Archive>
-void describe(Archive& archive, Ramp& ramp) {
+void serialize(Archive& archive, Ramp& ramp) {
   archive(ramp.times, ramp.factors);
 }
 
 template <class Archive>
-void describe(Archive& archive, Tie& tie) {
+void serialize(Archive& archive, Tie& tie) {
   archive(tie.point, tie.tet, tie.stiffness);
 }
 
 template <class Archive>
-void describe(Archive& archive, PointLoad& load) {
+void serialize(Archive& archive, PointLoad& load) {
   archive(load.points, load.force, load.ramp);
 }
 
 template <class Archive>
-void describe(Archive& archive, SurfaceLoad& load) {
+void serialize(Archive& archive, SurfaceLoad& load) {
   archive(load.triangles, load.pressure, load.traction, load.ramp);
 }
 
 template <class Archive>
-void describe(Archive& archive, HeldTie& held) {
+void serialize(Archive& archive, HeldTie& held) {
   archive(held.tie, held.weights);
 }
 
 template <class Archive>
-void describe(Archive& archive, ChangedModel& m) {
+void serialize(Archive& archive, ChangedModel& m) {
   Holds& h = m.holds;
   archive(h.obstacles, h.absent, h.fixed_points, h.fixed_axes, h.motion_of_point, h.prescribed_start, h.ties);
   archive(m.point_loads, m.surface_loads);
 }
 
 template <class Archive>
-void describe(Archive& archive, SavedState& s) {
+void serialize(Archive& archive, SavedState& s) {
   archive(s.fingerprint.hashes, s.metrics, s.slow_steps, s.forces, s.pressures, s.grabs, s.motions,
           s.dynamics, s.contacts, s.kept_contacts, s.edge_ends, s.detector, s.contact_forces);
   archive(s.acting_contacts, s.tie_forces, s.records_reactions, s.reactions, s.changed);

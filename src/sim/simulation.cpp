@@ -87,7 +87,7 @@ Simulation::State::State(std::shared_ptr<const SimulationCore> the_core, HeldMod
       settings(checked(s)),
       threads(n),
       prescribed(std::move(held.motions), motions_of_present(holds, bodies), holds.prescribed_start),
-      dynamics(bodies, materials, unfree_points(holds, bodies), obstacles, threads),
+      dynamics(bodies, materials, constrained_points(holds, bodies), obstacles, threads),
       loads(std::move(load_set), bodies, holds.obstacles, dynamics.point_masses()),
       grabs(static_cast<Index>(bodies.points_rest().size())),
       detector(bodies, without_absent(settings.detection, holds.absent), obstacles, n),
@@ -202,7 +202,7 @@ void Simulation::change(const SimulationSettings& settings) {
   if (settings.time_step != s.settings.time_step) {
     throw Error(
         "simulation settings", "time_step", number_text(settings.time_step),
-        number_text(s.settings.time_step) + ", the present value: it cannot change during a simulation");
+        number_text(s.settings.time_step) + ", the current value: it cannot change during a simulation");
   }
   if (settings.detection != s.settings.detection) {
     Detector detector(s.bodies, without_absent(settings.detection, s.holds.absent), s.obstacles,

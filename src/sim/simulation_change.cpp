@@ -63,7 +63,7 @@ std::vector<Vec3> forces_of_ties(const std::vector<HeldTie>& ties, const std::ve
 }  // namespace
 
 /// Sets velocities of fixed points to zero; those of prescribed points stay. An inserted body is placed at
-/// the present pose of its motion.
+/// the current pose of its motion.
 void Simulation::State::copy_from(const State& from) {
   SavedState saved = from.saved_state();
   fem::DynamicsState& d = saved.dynamics;
@@ -95,7 +95,7 @@ void Simulation::State::copy_from(const State& from) {
   grabs.set_all(saved.grabs);
   contact_forces = saved.contact_forces;
   step_forces.set(saved.acting_contacts, forces_of_ties(holds.ties, from.holds.ties, saved.tie_forces));
-  if (saved.records_reactions) dynamics.find_held_elements();
+  if (saved.records_reactions) dynamics.find_constrained_elements();
   records_reactions = saved.records_reactions;
   reactions = saved.reactions;
   const auto gone = [&](Index point, Index body) {

@@ -50,7 +50,7 @@ void Simulation::State::collect_forces() {
 
 void Simulation::record_reactions(bool on) {
   State& s = *state_;
-  if (on && !s.records_reactions) s.dynamics.find_held_elements();
+  if (on && !s.records_reactions) s.dynamics.find_constrained_elements();
   s.records_reactions = on;
 }
 

@@ -44,7 +44,7 @@ void Simulation::State::copy_state(const SavedState& saved) {
   response.set_edge_ends(saved.edge_ends);
   contact_forces = saved.contact_forces;
   step_forces.set(saved.acting_contacts, saved.tie_forces);
-  if (saved.records_reactions) dynamics.find_held_elements();
+  if (saved.records_reactions) dynamics.find_constrained_elements();
   records_reactions = saved.records_reactions;
   reactions = saved.reactions;
   metrics = saved.metrics;

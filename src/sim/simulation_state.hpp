@@ -65,7 +65,7 @@ struct Simulation::State {
   bool solve(bool loose, bool steady);
   [[nodiscard]] fem::ContactSet contact_set();
   [[nodiscard]] double normal_forces() const;
-  /// The end of the present step as its last solve predicts it.
+  /// The end of the current step as its last solve predicts it.
   [[nodiscard]] PredictedStep predicted() const;
   [[nodiscard]] int most_solves(bool stops_passes) const;
   bool stop_passes();

@@ -65,7 +65,7 @@ Index tet_of(const ActedContact& contact, const Bodies& bodies) {
 
 namespace {
 
-/// Weights of a contact's place in a tet that contains the contact's points of the penetrated body.
+/// Weights of a contact's position in a tet that contains the contact's points of the penetrated body.
 std::array<double, 4> weights_in(const ActedContact& contact, const Tet& tet) {
   std::array<double, 4> weights{};
   for (std::size_t k = contact.own_points(); k < contact.all_points(); ++k)

@@ -40,7 +40,8 @@ struct ActedContact {
   }
 };
 
-/// The place where the force of a contact acts: its point; for an edge, the point where it meets the surface.
+/// The position where the force of a contact acts: its point; for an edge, the point where it meets the
+/// surface.
 [[nodiscard]] Vec3 place_of(const ActedContact& contact, std::span<const Vec3> positions);
 
 /// Ranges of the kinds of couplings in a step.

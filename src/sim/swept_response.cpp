@@ -187,7 +187,8 @@ void SweptResponse::add(const SweptContact& contact, const PredictedStep& step,
       step.time_step, response);
 }
 
-/// Adds a contact of the start of the step that would sink by more than the limit of the filter.
+/// Adds each contact of the start of the step that would deepen in this step by more than
+/// least_motion * thickness.
 void SweptResponse::add_sinking(const PredictedStep& step, const ContactResponse& response,
                                 std::span<const fem::Coupling> contacts) {
   for (std::size_t c = 0; c < contacts.size(); ++c) {

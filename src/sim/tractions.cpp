@@ -13,8 +13,8 @@
 namespace palpate {
 namespace {
 
-/// Forces on the corners of a triangle whose sum is `force`, and whose torque is that of `force` acting at
-/// `place`.
+/// Forces on the corners of a triangle whose sum is `force`, and whose torque equals the torque of `force`
+/// acting at `place`.
 std::array<Vec3, 3> on_corners(const std::array<Vec3, 3>& t, const Vec3& q, const Vec3& place,
                                const Vec3& force) {
   const std::array<double, 3> b = weights_in(t, area_vector(t), q);
@@ -83,12 +83,12 @@ class SurfaceForces {
   };
 
   /// The nearest face whose normal is along `direction`; if there is none, the nearest face. The second
-  /// search begins at the tet of the nearest face, since the place may have left its tet.
+  /// search begins at the tet of the nearest face, since the position may have left its tet.
   [[nodiscard]] Face face_at(Index tet, Index without, const Vec3& place, const Vec3& direction) {
     constexpr double far = std::numeric_limits<double>::infinity();
     constexpr double about_as_near = 1.5;
     constexpr double along = 0.5;
-    constexpr double rounding = 1e-9;  // the place is on the face itself
+    constexpr double rounding = 1e-9;  // the position is on the face itself
     const SurfacePoint nearest = search_.nearest(bodies_, positions_, tet, place, without, far, 0.0);
     Face any;
     Face facing;

@@ -10,8 +10,8 @@
 namespace palpate {
 
 /// The forces of contacts as loads on surface triangles at these positions (n_points x 3); see
-/// SurfaceTractions. A force at a place x below the nearest point q of a triangle, with barycentric weights b
-/// and the centroid c of the corners x_i, becomes the corner forces
+/// SurfaceTractions. A force at a position x below the nearest point q of a triangle, with barycentric
+/// weights b and the centroid c of the corners x_i, becomes the corner forces
 ///   b_i f + t x (x_i - c),  sum_i (|x_i - c|^2 I - (x_i - c) (x_i - c)^T) t = (x - q) x f:
 /// the least couple that keeps the torque. Among faces at similar distances, one that faces along the
 /// contact's direction is used. O(contacts + points + triangles).

@@ -8,7 +8,7 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "simd/cluster_query.cpp"
 #include <hwy/foreach_target.h>
-// Highway wants its own header after foreach_target.h.
+// Highway needs its own header after foreach_target.h.
 #include <hwy/highway.h>
 // Our header is compiled for each target, so it comes after that.
 #include "simd/cluster_lanes-inl.hpp"
@@ -184,7 +184,7 @@ HWY_INLINE void make_planes(const ClusterBlock& block, std::size_t c, const Corn
     const Vector dc = difference(cc, d);
     const Vector ab = difference(b, a);
     const Vector ac = difference(cc, a);
-    // Signs are those of the predicates: of the volume of the tet with one corner replaced.
+    // Signs are as in the predicates: of the volume of the tet with one corner replaced.
     const Vector normal[4] = {cross(dc, db), cross(da, dc), cross(db, da), cross(ab, ac)};
     const Float volume = dot(normal[0], da);
     const auto sure = hn::Gt(hn::Abs(volume), bound);
@@ -243,7 +243,7 @@ class Test {
     const Float least = least_of({from(point.x, x_), from(point.y, y_), from(point.z, z_)});
     return may(least) | bits_of(floats, hn::Gt(least, bound_)) << 16;
   }
-  /// The same for a corner of the cluster.
+  /// These bits for a corner of the cluster.
   [[nodiscard]] HWY_INLINE std::uint32_t of_corner(const Corners& corners, std::size_t i) const {
     const Float least = least_of(
         {hn::Set(floats, corners.x[i]), hn::Set(floats, corners.y[i]), hn::Set(floats, corners.z[i])});

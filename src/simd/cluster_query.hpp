@@ -119,7 +119,7 @@ struct ClusterKernels {
 /// The kernels for the best SIMD target of this processor.
 ClusterKernels cluster_kernels();
 namespace scalar {
-/// The same kernels in plain C++.
+/// The kernels above in plain C++.
 ClusterKernels cluster_kernels();
 }  // namespace scalar
 

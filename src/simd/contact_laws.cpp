@@ -3,7 +3,7 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "simd/contact_laws.cpp"
 #include <hwy/foreach_target.h>
-// Highway wants its own header after foreach_target.h.
+// Highway needs its own header after foreach_target.h.
 #include <array>
 #include <cmath>
 #include <hwy/highway.h>

@@ -43,7 +43,7 @@ void contact_forces(const ContactLawRows& laws, const Vec3* u, const Vec3* base,
 void contact_derivatives(const ContactLawRows& laws, const Vec3* u, double* h, std::size_t begin,
                          std::size_t end);
 
-/// The same, compiled for the simplest target.
+/// The kernels above, compiled for the simplest target.
 namespace scalar {
 void contact_forces(const ContactLawRows& laws, const Vec3* u, const Vec3* base, Vec3* f, std::size_t begin,
                     std::size_t end);

@@ -31,7 +31,7 @@ void add_stiffness(const ContactRates& rates, const double* h, double* sum, std:
 void add_stiffness_row(const ContactRates& rates, const double* h, std::size_t i, double* row, double* column,
                        std::size_t begin, std::size_t end);
 
-/// The same in plain C++.
+/// The kernels above in plain C++.
 namespace scalar {
 void combine_rates(const ContactRates& rates, const double* c, Vec3* u, std::size_t begin, std::size_t end);
 void project_forces(const ContactRates& rates, const Vec3* f, double* sum, std::size_t begin,

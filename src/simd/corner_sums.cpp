@@ -3,7 +3,7 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "simd/corner_sums.cpp"
 #include <hwy/foreach_target.h>
-// Highway wants its own header after foreach_target.h.
+// Highway needs its own header after foreach_target.h.
 #include <hwy/highway.h>
 
 HWY_BEFORE_NAMESPACE();

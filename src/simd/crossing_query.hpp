@@ -5,7 +5,7 @@
 #include "simd/cluster_query.hpp"
 
 /// The vectorised phases of the edge-triangle query (docs/query.md). Blocks are as in the point query, with
-/// clusters of triangles and with edges in place of points.
+/// clusters of triangles and with edges instead of points.
 namespace palpate::simd {
 
 /// Edges in the order of the cells of their midpoints, as structure of arrays: ends a and b, and a name. Each

@@ -28,7 +28,7 @@ void subtract_combination(const FloatVectors& vectors, const float* s, float* a,
 /// a = sum_i s_i v_i, of n numbers.
 void combine_in_double(const FloatVectors& vectors, const double* s, double* a, std::size_t n);
 
-/// The same for the plainest target.
+/// The kernels above for the simplest target.
 namespace scalar {
 double dot_floats(const float* a, const float* b, std::size_t n);
 TwoSums dot_two(const float* a, const float* b, const float* c, std::size_t n);

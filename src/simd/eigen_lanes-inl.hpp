@@ -30,8 +30,9 @@ struct EigenV {
 };
 
 /// Makes the entry of axes p and q zero; r is the third.
+/// \param where  lanes to rotate
 template <std::size_t p, std::size_t q>
-HWY_INLINE void rotate(EigenV& m) {
+HWY_INLINE void rotate(EigenV& m, M where) {
   constexpr std::size_t r = 3 - p - q;
   const V one = set(1.0);
   const V difference = hn::Sub(m.diagonal[q], m.diagonal[p]);
@@ -41,12 +42,13 @@ HWY_INLINE void rotate(EigenV& m) {
   const V size = hn::Sqrt(hn::MulAdd(difference, difference, square));
   const V under = hn::Add(hn::Add(hn::Abs(difference), size), set(1e-150));
   const V scale = hn::Div(one, hn::Sqrt(hn::MulAdd(under, under, square)));
-  const V c = hn::Mul(under, scale);
-  const V s = hn::Mul(hn::CopySign(scale, difference), twice);
-  const V shift = hn::CopySign(hn::Mul(set(0.5), hn::Sub(size, hn::Abs(difference))), difference);
+  const V c = hn::IfThenElse(where, hn::Mul(under, scale), one);
+  const V s = hn::IfThenElseZero(where, hn::Mul(hn::CopySign(scale, difference), twice));
+  const V shift = hn::IfThenElseZero(
+      where, hn::CopySign(hn::Mul(set(0.5), hn::Sub(size, hn::Abs(difference))), difference));
   m.diagonal[p] = hn::Sub(m.diagonal[p], shift);
   m.diagonal[q] = hn::Add(m.diagonal[q], shift);
-  m.off[r] = hn::Zero(D());
+  m.off[r] = hn::IfThenZeroElse(where, m.off[r]);
   const V rp = m.off[q];
   const V rq = m.off[p];
   m.off[q] = hn::NegMulAdd(s, rq, hn::Mul(c, rp));
@@ -70,10 +72,11 @@ HWY_INLINE EigenV eigen_start(const std::array<V, 6>& a) {
 template <int sweeps>
 HWY_INLINE EigenV eigen_of(const std::array<V, 6>& a) {
   EigenV m = eigen_start(a);
+  const M all = hn::FirstN(D(), lanes);
   for (int sweep = 0; sweep < sweeps; ++sweep) {
-    rotate<0, 1>(m);
-    rotate<0, 2>(m);
-    rotate<1, 2>(m);
+    rotate<0, 1>(m, all);
+    rotate<0, 2>(m, all);
+    rotate<1, 2>(m, all);
   }
   return m;
 }

@@ -8,7 +8,7 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "simd/fixed_points.cpp"
 #include <hwy/foreach_target.h>
-// Highway wants its own header after foreach_target.h.
+// Highway needs its own header after foreach_target.h.
 #include <hwy/highway.h>
 
 HWY_BEFORE_NAMESPACE();

@@ -44,7 +44,7 @@ struct RotationRows {
 void find_rotations(const RotationRows& rows, const Quad* positions, float* rotations, std::size_t begin,
                     std::size_t end);
 
-/// The same kernels in plain C++.
+/// The kernels above in plain C++.
 namespace scalar {
 void relax_slices(const SmootherRows& rows, const float* r, Quad* z, const std::uint32_t* slices,
                   std::size_t count);

@@ -10,7 +10,7 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "simd/hyperelastic_pass.cpp"
 #include <hwy/foreach_target.h>
-// Highway wants its own header after foreach_target.h.
+// Highway needs its own header after foreach_target.h.
 #include <hwy/highway.h>
 
 #include "simd/hyperelastic_lanes-inl.hpp"
@@ -29,6 +29,7 @@ struct HyperelasticLot {
   M good;
   Matrix3V rotation;
   EigenV stretch;
+  M unfinished;  ///< whose stretch is not diagonal
 };
 
 HWY_INLINE void load_deformations(const HyperelasticPass& pass, std::size_t e, HyperelasticLot& lot) {
@@ -105,17 +106,27 @@ HWY_INLINE void store_stiffness(const HyperelasticPass& pass, std::size_t e, con
     store_fours({values[k], values[k + 1], values[k + 2], values[k + 3]}, rows + k, block_stride);
 }
 
-/// Whether no entry off the diagonal matters for the tangent. All lots make the same number of sweeps.
-HWY_INLINE bool are_diagonal(std::span<const HyperelasticLot> lots) {
+/// Lanes with an entry off the diagonal that matters for the tangent.
+HWY_INLINE M unfinished(const EigenV& m) {
+  const V off = hn::Max(hn::Abs(m.off[0]), hn::Max(hn::Abs(m.off[1]), hn::Abs(m.off[2])));
+  const V size = hn::Max(hn::Abs(m.diagonal[0]), hn::Max(hn::Abs(m.diagonal[1]), hn::Abs(m.diagonal[2])));
+  return hn::Gt(off, hn::Mul(set(1e-13), size));
+}
+
+/// Diagonalises the stretches. A lane that is diagonal keeps its bits, whatever its neighbours need.
+HWY_INLINE void diagonalise(std::span<HyperelasticLot> lots) {
   const D d;
-  V worst = hn::Zero(d);
-  for (const HyperelasticLot& lot : lots) {
-    const EigenV& m = lot.stretch;
-    const V off = hn::Max(hn::Abs(m.off[0]), hn::Max(hn::Abs(m.off[1]), hn::Abs(m.off[2])));
-    const V size = hn::Max(hn::Abs(m.diagonal[0]), hn::Max(hn::Abs(m.diagonal[1]), hn::Abs(m.diagonal[2])));
-    worst = hn::Max(worst, hn::NegMulAdd(set(1e-13), size, off));
+  for (int sweep = 0; sweep < tangent_sweeps; ++sweep) {
+    bool done = true;
+    for (HyperelasticLot& lot : lots) {
+      lot.unfinished = unfinished(lot.stretch);
+      done = done && hn::AllFalse(d, lot.unfinished);
+    }
+    if (done) return;
+    for (HyperelasticLot& lot : lots) rotate<0, 1>(lot.stretch, lot.unfinished);
+    for (HyperelasticLot& lot : lots) rotate<0, 2>(lot.stretch, lot.unfinished);
+    for (HyperelasticLot& lot : lots) rotate<1, 2>(lot.stretch, lot.unfinished);
   }
-  return hn::AllTrue(d, hn::Le(worst, hn::Zero(d)));
 }
 
 /// Runs each phase over several vectors of elements: roots and rotations have dependent divisions, and
@@ -132,12 +143,7 @@ void hyperelastic_pass(const HyperelasticPass& pass, std::size_t begin, std::siz
       lots[i].rotation = rotation_from(lots[i].root, lots[i].f);
       lots[i].stretch = stretch_of(lots[i].rotation, lots[i].f);
     }
-    const std::span<HyperelasticLot> here = std::span(lots).first(count);
-    for (int sweep = 0; sweep < tangent_sweeps && !are_diagonal(here); ++sweep) {
-      for (HyperelasticLot& lot : here) rotate<0, 1>(lot.stretch);
-      for (HyperelasticLot& lot : here) rotate<0, 2>(lot.stretch);
-      for (HyperelasticLot& lot : here) rotate<1, 2>(lot.stretch);
-    }
+    diagonalise(std::span(lots).first(count));
     for (std::size_t i = 0; i < count; ++i) {
       const std::size_t e = first + i * lanes;
       const LawV law = load_law(pass, e);

@@ -7,7 +7,7 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "simd/merge_events.cpp"
 #include <hwy/foreach_target.h>
-// Highway wants its own header after foreach_target.h.
+// Highway needs its own header after foreach_target.h.
 #include <hwy/highway.h>
 
 HWY_BEFORE_NAMESPACE();
@@ -58,7 +58,7 @@ HWY_INLINE void merge_one(Stream& s) {
   ++s.event;
 }
 
-/// The place of each event depends on the event before it. Four interleaved streams hide that latency.
+/// The index of each event depends on the event before it. Four interleaved streams hide that latency.
 constexpr std::size_t streams = 4;
 
 template <std::ptrdiff_t vectors>

@@ -14,12 +14,12 @@ struct LocalPoints {
   alignas(64) std::array<float, Cluster::most_points> y;
   alignas(64) std::array<float, Cluster::most_points> z;
 };
-/// Corners of 16 triangles (size 3) or segments (2): a lane for each, [corner][lane], as places in the list
+/// Corners of 16 triangles (size 3) or segments (2): a lane for each, [corner][lane], as indices in the list
 /// of a cluster's points.
 template <std::size_t size>
 using CornerPlaces = std::array<std::array<std::uint8_t, Cluster::most_primitives>, size>;
 
-/// The same corners as points: [corner][axis][lane].
+/// Coordinates of these corners: [corner][axis][lane].
 template <std::size_t size>
 struct CornerLanes {
   alignas(64) std::array<std::array<std::array<float, Cluster::most_primitives>, 3>, size> corner;
@@ -43,8 +43,8 @@ struct NearTriangles {
 /// Places the corners of segments, and finds the lanes whose boxes meet a box.
 std::uint32_t place_meeting(const LocalPoints& points, const CornerPlaces<2>& places, const FloatBox& box,
                             SegmentLanes& segments);
-/// The same for the triangles of a cluster (its first three corners). Sets `around` to the box of those that
-/// meet.
+/// place_meeting() for the triangles of a cluster (its first three corners). Sets `around` to the box of the
+/// triangles that meet the box.
 std::uint32_t place_meeting(const LocalPoints& points, const Cluster& cluster, const FloatBox& box,
                             TriangleLanes& triangles, FloatBox& around);
 

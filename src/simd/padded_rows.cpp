@@ -3,7 +3,7 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "simd/padded_rows.cpp"
 #include <hwy/foreach_target.h>
-// Highway wants its own header after foreach_target.h.
+// Highway needs its own header after foreach_target.h.
 #include <hwy/highway.h>
 
 HWY_BEFORE_NAMESPACE();
@@ -103,7 +103,7 @@ HWY_INLINE void relax_row(const SixMatrix& a, const SixV& right, Six* x, std::si
 
 #if HWY_TARGET != HWY_SCALAR && !HWY_HAVE_SCALABLE
 
-void gather_points(const PaddedRows& a, const Quad* x, Six* y, std::size_t begin, std::size_t end) {
+void multiply_six_by_three(const PaddedRows& a, const Quad* x, Six* y, std::size_t begin, std::size_t end) {
   for (std::size_t row = begin; row < end; ++row) {
     Sums sums;
     for (std::size_t k = a.begin[row]; k < a.begin[row + 1]; ++k)
@@ -112,7 +112,7 @@ void gather_points(const PaddedRows& a, const Quad* x, Six* y, std::size_t begin
   }
 }
 
-void spread_to_points(const PaddedRows& a, const Six* x, Quad* y, std::size_t begin, std::size_t end) {
+void multiply_three_by_six(const PaddedRows& a, const Six* x, Quad* y, std::size_t begin, std::size_t end) {
   const hn::FixedTag<float, 4> d;
   for (std::size_t row = begin; row < end; ++row) {
     std::array sums{hn::Zero(d), hn::Zero(d), hn::Zero(d)};
@@ -142,7 +142,7 @@ void relax_forward(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, 
   }
 }
 
-void relax_onward(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, std::size_t end) {
+void relax_forward_from(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, std::size_t end) {
   for (std::size_t row = begin; row < end; ++row) {
     const SixV known = columns_product(a, x, row, begin, end);
     relax_row(a, difference_of(load(b[row].values.data()), known), x, row);
@@ -166,13 +166,13 @@ void residual_above(const SixMatrix& a, const Six* x, Six* r, std::size_t begin,
 #else
 
 using scalar::add_six;
-using scalar::gather_points;
 using scalar::multiply_six;
+using scalar::multiply_six_by_three;
+using scalar::multiply_three_by_six;
 using scalar::relax_backward;
 using scalar::relax_forward;
-using scalar::relax_onward;
+using scalar::relax_forward_from;
 using scalar::residual_above;
-using scalar::spread_to_points;
 
 #endif
 
@@ -182,20 +182,20 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace palpate::simd {
 
-HWY_EXPORT(gather_points);
-HWY_EXPORT(spread_to_points);
+HWY_EXPORT(multiply_six_by_three);
+HWY_EXPORT(multiply_three_by_six);
 HWY_EXPORT(multiply_six);
 HWY_EXPORT(add_six);
 HWY_EXPORT(relax_forward);
 HWY_EXPORT(relax_backward);
-HWY_EXPORT(relax_onward);
+HWY_EXPORT(relax_forward_from);
 HWY_EXPORT(residual_above);
 
-void gather_points(const PaddedRows& a, const Quad* x, Six* y, std::size_t begin, std::size_t end) {
-  HWY_DYNAMIC_DISPATCH(gather_points)(a, x, y, begin, end);
+void multiply_six_by_three(const PaddedRows& a, const Quad* x, Six* y, std::size_t begin, std::size_t end) {
+  HWY_DYNAMIC_DISPATCH(multiply_six_by_three)(a, x, y, begin, end);
 }
-void spread_to_points(const PaddedRows& a, const Six* x, Quad* y, std::size_t begin, std::size_t end) {
-  HWY_DYNAMIC_DISPATCH(spread_to_points)(a, x, y, begin, end);
+void multiply_three_by_six(const PaddedRows& a, const Six* x, Quad* y, std::size_t begin, std::size_t end) {
+  HWY_DYNAMIC_DISPATCH(multiply_three_by_six)(a, x, y, begin, end);
 }
 void multiply_six(const PaddedRows& a, const Six* x, Six* y, std::size_t begin, std::size_t end) {
   HWY_DYNAMIC_DISPATCH(multiply_six)(a, x, y, begin, end);
@@ -209,8 +209,8 @@ void relax_forward(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, 
 void relax_backward(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, std::size_t end) {
   HWY_DYNAMIC_DISPATCH(relax_backward)(a, b, x, begin, end);
 }
-void relax_onward(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, std::size_t end) {
-  HWY_DYNAMIC_DISPATCH(relax_onward)(a, b, x, begin, end);
+void relax_forward_from(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, std::size_t end) {
+  HWY_DYNAMIC_DISPATCH(relax_forward_from)(a, b, x, begin, end);
 }
 void residual_above(const SixMatrix& a, const Six* x, Six* r, std::size_t begin, std::size_t end) {
   HWY_DYNAMIC_DISPATCH(residual_above)(a, x, r, begin, end);

@@ -25,9 +25,9 @@ inline constexpr std::size_t six_by_three = 24;
 inline constexpr std::size_t three_by_six = 24;
 
 /// y = A x in rows [begin, end), with blocks of six rows and three columns.
-void gather_points(const PaddedRows& a, const Quad* x, Six* y, std::size_t begin, std::size_t end);
-/// The same with blocks of three rows and six columns.
-void spread_to_points(const PaddedRows& a, const Six* x, Quad* y, std::size_t begin, std::size_t end);
+void multiply_six_by_three(const PaddedRows& a, const Quad* x, Six* y, std::size_t begin, std::size_t end);
+/// y = A x in rows [begin, end), with blocks of three rows and six columns.
+void multiply_three_by_six(const PaddedRows& a, const Six* x, Quad* y, std::size_t begin, std::size_t end);
 /// y = A x, or y += A x, with blocks of six by six.
 void multiply_six(const PaddedRows& a, const Six* x, Six* y, std::size_t begin, std::size_t end);
 void add_six(const PaddedRows& a, const Six* x, Six* y, std::size_t begin, std::size_t end);
@@ -44,20 +44,20 @@ struct SixMatrix {
 void relax_forward(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, std::size_t end);
 void relax_backward(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, std::size_t end);
 /// A forward sweep that starts from x.
-void relax_onward(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, std::size_t end);
-/// r = b - A x in rows [begin, end), after relax_forward() of all rows. After relax_onward() of all rows,
-/// pass the change of x as x.
+void relax_forward_from(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, std::size_t end);
+/// r = b - A x in rows [begin, end), after relax_forward() of all rows. After relax_forward_from() of all
+/// rows, pass the change of x as x.
 void residual_above(const SixMatrix& a, const Six* x, Six* r, std::size_t begin, std::size_t end);
 
-/// The same kernels in plain C++.
+/// The kernels above in plain C++.
 namespace scalar {
-void gather_points(const PaddedRows& a, const Quad* x, Six* y, std::size_t begin, std::size_t end);
-void spread_to_points(const PaddedRows& a, const Six* x, Quad* y, std::size_t begin, std::size_t end);
+void multiply_six_by_three(const PaddedRows& a, const Quad* x, Six* y, std::size_t begin, std::size_t end);
+void multiply_three_by_six(const PaddedRows& a, const Six* x, Quad* y, std::size_t begin, std::size_t end);
 void multiply_six(const PaddedRows& a, const Six* x, Six* y, std::size_t begin, std::size_t end);
 void add_six(const PaddedRows& a, const Six* x, Six* y, std::size_t begin, std::size_t end);
 void relax_forward(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, std::size_t end);
 void relax_backward(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, std::size_t end);
-void relax_onward(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, std::size_t end);
+void relax_forward_from(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, std::size_t end);
 void residual_above(const SixMatrix& a, const Six* x, Six* r, std::size_t begin, std::size_t end);
 }  // namespace scalar
 

@@ -30,7 +30,7 @@ void relax_row(const SixMatrix& a, const Six& s, Six* x, std::size_t row) {
 
 }  // namespace
 
-void gather_points(const PaddedRows& a, const Quad* x, Six* y, std::size_t begin, std::size_t end) {
+void multiply_six_by_three(const PaddedRows& a, const Quad* x, Six* y, std::size_t begin, std::size_t end) {
   for (std::size_t row = begin; row < end; ++row) {
     y[row] = {};
     for (std::size_t k = a.begin[row]; k < a.begin[row + 1]; ++k) {
@@ -41,7 +41,7 @@ void gather_points(const PaddedRows& a, const Quad* x, Six* y, std::size_t begin
   }
 }
 
-void spread_to_points(const PaddedRows& a, const Six* x, Quad* y, std::size_t begin, std::size_t end) {
+void multiply_three_by_six(const PaddedRows& a, const Six* x, Quad* y, std::size_t begin, std::size_t end) {
   for (std::size_t row = begin; row < end; ++row) {
     std::array<float, 4> sum{};
     for (std::size_t k = a.begin[row]; k < a.begin[row + 1]; ++k)
@@ -70,7 +70,7 @@ void relax_forward(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, 
   }
 }
 
-void relax_onward(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, std::size_t end) {
+void relax_forward_from(const SixMatrix& a, const Six* b, Six* x, std::size_t begin, std::size_t end) {
   for (std::size_t row = begin; row < end; ++row) {
     Six s = b[row];
     subtract_columns(s, a, x, row, begin, end);

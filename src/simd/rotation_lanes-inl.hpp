@@ -60,7 +60,8 @@ HWY_INLINE M find_root(Root& root) {
   // Within these limits no power overflows or underflows.
   const M healthy = hn::And(hn::Gt(hn::Mul(root.det, root.det), least), hn::Gt(root.det, hn::Set(d, 1e-60)));
   const M usable = hn::And(healthy, hn::Lt(root.first, hn::Set(d, 1e60)));
-  const V small = hn::Set(d, 2e-6);  // relative; the next error is its cube, below rounding
+  // Relative size of the last step. Convergence is cubic: the remaining error is below rounding.
+  const V small = hn::Set(d, 2e-6);
   root.root = hn::Sqrt(hn::Mul(hn::Set(d, 3.0), root.first));
   M converged = hn::Not(usable);
   for (int i = 0; i < cap; ++i) {

@@ -65,7 +65,7 @@ HWY_INLINE QuadLanes transposed(Pick&& pick) {
           hn::BitCast(d, hn::InterleaveUpper(pairs, zw01, zw23))};
 }
 
-/// Lane i: quads[places[i]].
+/// Lane i: quads[places[i]], where places are indices.
 HWY_INLINE QuadLanes load_quads(const Quad* quads, const std::uint32_t* places) {
   return transposed([&](std::size_t i) -> const Quad& { return quads[places[i]]; });
 }

@@ -4,7 +4,7 @@
 #define HWY_TARGET_INCLUDE "simd/sliced_rows.cpp"
 #include <hwy/cache_control.h>
 #include <hwy/foreach_target.h>
-// Highway wants its own header after foreach_target.h.
+// Highway needs its own header after foreach_target.h.
 #include <hwy/highway.h>
 
 #include "simd/slice_lanes-inl.hpp"

@@ -98,7 +98,7 @@ VectorSums advance_slices(const GradientVectors& vectors, float step, std::size_
 /// p = z + beta p in slices [begin, end).
 void update_directions(const GradientVectors& vectors, float beta, std::size_t begin, std::size_t end);
 
-/// The same kernels in plain C++.
+/// The kernels above in plain C++.
 namespace scalar {
 void assemble_slices(const SlicedAssembly& rows, float* values, float* diagonals, std::size_t begin,
                      std::size_t end);

@@ -33,14 +33,14 @@ struct GroupStress {
 
 /// Corotational elastic stress of the group of elements that begins at `begin` (formulas: fem/stress.hpp),
 /// one element per lane. Computes rotations as element_pass() does, and leaves the same elements to the
-/// caller. fem/stress.cpp is the same in plain C++, equal to rounding.
+/// caller. fem/stress.cpp is the same in plain C++, equal up to rounding.
 void stress_pass(const StressPass& pass, std::size_t begin, GroupStress& found);
 
 /// Eigenvalues of symmetric tensors, largest first, and unit eigenvectors in that order; the largest
 /// component of each eigenvector is positive. NaN for a tensor that is not finite. All spans have the same
 /// length. Uses Jacobi rotations in lanes. Returns how many tensors, from the first on, it has done: whole
 /// groups of eight, or 0 on processors with fewer than four lanes. fem/symmetric_eigen.cpp is the same in
-/// plain C++, equal to rounding.
+/// plain C++, equal up to rounding.
 std::size_t symmetric_eigen(std::span<const SymmetricTensor> tensors, std::span<Vec3> values,
                             std::span<std::array<Vec3, 3>> vectors);
 

@@ -5,7 +5,7 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "simd/triangle_normals.cpp"
 #include <hwy/foreach_target.h>
-// Highway wants its own header after foreach_target.h.
+// Highway needs its own header after foreach_target.h.
 #include <hwy/highway.h>
 // Our header is compiled for each target, so it comes after that.
 #include "simd/vector_lanes-inl.hpp"

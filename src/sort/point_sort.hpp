@@ -56,7 +56,7 @@ class PointSort {
   CountingSort counting_;
   ComparisonSort comparison_;
   RepairSort repair_;
-  std::vector<std::uint32_t> own_cell_begin_;  ///< for counting, where the caller wants no C
+  std::vector<std::uint32_t> own_cell_begin_;  ///< for counting, if the caller needs no C
   std::uint32_t cells_of_last_frame_ = 0;      ///< key_count for which the caller's C was written; 0: none
 };
 

@@ -25,7 +25,7 @@ class RepairSort {
                   std::vector<std::uint64_t>& words, std::vector<std::uint32_t>* cell_begin);
 
  private:
-  /// Words [first_word, ...) of last frame, the events from first_event and the place of the merged words.
+  /// Words [first_word, ...) of last frame, the events from first_event and the position of the merged words.
   struct Segment {
     std::size_t first_event = 0;
     std::size_t first_merged = 0;

@@ -13,7 +13,7 @@
 
 /// Commands of a page: a JSON object with one key, the name of the command, and its arguments as an object:
 /// {"pull": {"vertex": 17, "target": [0, 0, 1]}}. Positions are relative to the origin that was sent to the
-/// page, vertices are those of Surface. docs/viewer.md lists all commands.
+/// page, vertices are the vertices of Surface. docs/viewer.md lists all commands.
 namespace palpate::view {
 
 struct Play {
@@ -45,14 +45,14 @@ struct DriveMotion {
   std::optional<double> time;
   std::optional<Vec3> offset;
 };
-/// Lets a prescribed motion continue in time, from its place on the path.
+/// Lets a prescribed motion continue in time, from its position on the path.
 struct ResumeMotion {
   Index motion = -1;
 };
 struct Seek {
   Index frame = 0;
 };
-/// The data that the page wants beside the positions.
+/// The data that the page needs beside the positions.
 struct DisplayOptions {
   bool contacts = false;
   bool borders = false;

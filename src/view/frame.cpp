@@ -57,8 +57,8 @@ void add_contacts(Message& message, const Source& source, const Surface& surface
   }
 }
 
-/// The same for each edge contact: the middle of the inner part of the edge, direction and depth; no vertex;
-/// the edge's body and the penetrated body.
+/// Adds each edge contact: the middle of the inner part of the edge, direction and depth; no vertex; the
+/// edge's body and the penetrated body.
 void add_edge_contacts(Message& message, const Source& source) {
   const EdgeContacts& contacts = source.detector().edge_contacts();
   const Bodies& bodies = source.bodies();

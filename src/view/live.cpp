@@ -285,7 +285,8 @@ void LiveSource::apply(Client /*client*/, const ResumeMotion& command) {
 }
 
 void LiveSource::apply(Client /*client*/, const Seek& /*seek*/) {
-  throw Error("seek", "", "a running simulation", "stored results: time only goes on");
+  throw Error("seek", "", "a running simulation",
+              "stored results: the time of a running simulation only increases");
 }
 
 void LiveSource::forget(Client client) {

@@ -23,7 +23,7 @@ class LiveSource : public Source {
   /// \param scene    for name, units, colours and settings
   /// \param model  the result of load_model(); overlaps may have been removed
   ///
-  /// Throws Error where Simulation and StageRun do.
+  /// Throws Error if Simulation and StageRun do.
   LiveSource(const Scene& scene, Model model, int threads);
 
   [[nodiscard]] const Stage& stage() const override { return stage_; }

@@ -131,7 +131,7 @@ void Player::run() {
       if (runs() && Clock::now() >= next_step_) advance();
       if (state_stale_) publish_state();
       if (frame_is_due(Clock::now())) publish_frame();
-    } catch (const std::exception& error) {  // for example out of memory: pages must be told
+    } catch (const std::exception& error) {  // for example out of memory: pages must be informed
       fail(error.what());
     }
   }

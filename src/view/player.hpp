@@ -61,7 +61,7 @@ class Player {
   bool post(Client client, Command command);
   void join(Client client);
   void leave(Client client);
-  /// Sets the data that any page wants beside positions.
+  /// Sets the data that any page needs beside positions.
   void display(const DisplayOptions& display);
   /// Call when a page is ready for a newer frame.
   void want_frame();

@@ -26,7 +26,7 @@ bool is_address(const std::string& host);
 /// has drawn.
 class Server {
  public:
-  /// Listens; throws Error where it cannot.
+  /// Starts to listen. Throws Error if that fails.
   Server(const ServerSettings& settings, std::unique_ptr<Source> source, const PlayerSettings& player);
   ~Server();
   Server(const Server&) = delete;

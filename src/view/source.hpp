@@ -48,7 +48,7 @@ class Source {
   [[nodiscard]] virtual double time() const = 0;               ///< simulated time, in the unit of the scene
   /// Simulated time between this state and the next; none at the end.
   [[nodiscard]] virtual std::optional<double> interval() const = 0;
-  /// Advances to the next state. Throws Error where it cannot.
+  /// Advances to the next state. Throws Error if it cannot.
   virtual void advance() = 0;
   /// Returns to the start.
   virtual void reset() = 0;
@@ -66,7 +66,7 @@ class Source {
   /// The current values of settings that can be changed.
   [[nodiscard]] virtual nlohmann::ordered_json settings() const = 0;
 
-  /// Each applies a command. Throws Error, and changes nothing, where this source cannot do it.
+  /// Each applies a command. Throws Error, and changes nothing, if this source cannot do it.
   virtual void apply(Client client, const Change& change) = 0;
   virtual void apply(Client client, const Pull& pull) = 0;
   virtual void apply(Client client, const MovePull& pull) = 0;

@@ -14,7 +14,7 @@ class StoredStages {
   StoredStages() = default;
   /// \param ends  times at which stages ended, in order; a run that was interrupted has fewer than the scene
   ///
-  /// Throws Error where there are more ends than stages.
+  /// Throws Error if there are more ends than stages.
   StoredStages(const Scene& scene, std::vector<double> ends);
 
   [[nodiscard]] bool any() const { return bodies_.size() > 1; }

@@ -80,7 +80,7 @@ TEST_F(CheckpointedRun, AnInterruptedRunHasOneWithoutBeingAsked) {
     run.send(signal);
     const Finished done = run.wait();
     EXPECT_EQ(done.exit_code, 1);
-    EXPECT_NE(done.err.find("go on with: palpate run --resume out"), std::string::npos) << done.err;
+    EXPECT_NE(done.err.find("to resume: palpate run --resume out"), std::string::npos) << done.err;
     const int steps = Json::parse(read("out/run.json"))["steps"];
     EXPECT_EQ(checkpoints("out"), std::vector{name_of(steps)});
     const std::string end = std::to_string(steps + 20);
@@ -104,7 +104,7 @@ TEST_F(CheckpointedRun, ADamagedOneIsReportedAndTheOneBeforeUsed) {
     const Finished done = palpate({"run", "--resume", "out", "--quiet"});
     expect_done(done);
     EXPECT_NE(done.err.find(name_of(24) + ": found"), std::string::npos) << done.err;
-    EXPECT_NE(done.err.find("going on from " + name_of(20)), std::string::npos) << done.err;
+    EXPECT_NE(done.err.find("resumes from " + name_of(20)), std::string::npos) << done.err;
     EXPECT_EQ(outcome("out"), outcome("whole"));
   }
   put(path_of("out", 24), "torn");

@@ -2,7 +2,7 @@
 
     python3 tests/apps/kill_runs.py PALPATE --runs 50 [--scene SCENE] [--steps N] [--interval N] [--seed N]
 
-PALPATE is the command. For each run: start it with checkpoints, kill it, see that no more than the interval is lost, go on
+PALPATE is the command. For each run: start it with checkpoints, kill it, see that no more than the interval is lost, continue
 from the last checkpoint (with another number of threads), and compare with the run that nobody killed: state hash, the rows of
 metrics.csv but for times, and the list of frames. Exit code 0 where all are equal; prints a line of JSON.
 """

@@ -23,7 +23,7 @@ inline constexpr const char* closed_streams = "closed";
 class Process {
  public:
   /// \param folder  its current folder
-  /// \param device  receives stdout in place of a file ("/dev/full"; the text is lost); or closed_streams
+  /// \param device  receives stdout instead of a file ("/dev/full"; the text is lost); or closed_streams
   Process(std::vector<std::string> arguments, const std::filesystem::path& folder,
           const std::filesystem::path& device = {});
   /// Kills it if it still runs.

@@ -73,7 +73,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, ClusteredCrossingsScenes, ::testing::Range(0, t
                          [](const auto& p) { return identifier(test::contact_scene_name(p.param)); });
 
 /// Bodies pressed into each other: boxes whose points are moved a little, and whose surfaces partly lie in
-/// one plane to rounding, near the origin and far from it.
+/// one plane up to rounding, near the origin and far from it.
 TEST(ClusteredCrossings, OfSurfacesThatGraze) {
   std::size_t crossings = 0;
   for (std::uint64_t seed = 0; seed < 40; ++seed) {

@@ -1,4 +1,4 @@
-// Oracles: all pairs in rational arithmetic, written here anew; the brute structure, itself checked against
+// Oracles: all pairs in rational arithmetic, written again here; the brute structure, itself checked against
 // that; counts by hand for boxes.
 #include <array>
 #include <gtest/gtest.h>
@@ -305,7 +305,7 @@ TEST(Detector, RefusesBadInput) {
   EXPECT_THROW(detector.detect(std::span(x).first(7)), Error);
   x[2].y = std::nan("");
   EXPECT_THROW(detector.detect(x), Error);
-  detector.detect(bodies.points_rest());  // and goes on after a refusal
+  detector.detect(bodies.points_rest());  // and continues after a refusal
 }
 
 }  // namespace

@@ -202,7 +202,7 @@ TEST(SelfContact, AMeshThatIsNotFoldedDoesNotTouchItself) {
     Bodies bodies;
     bodies.add("ball", test::ball_mesh(4, random.point(-1, 1), 0.8));
     bodies.add("box", test::box_mesh({3, 4, 2}, {4, 0, 0}, {5.1, 0.7, 0.3}));
-    // Stretched and sheared by an affine map, which keeps every tet where it belongs, to rounding; then
+    // Stretched and sheared by an affine map, which keeps every tet where it belongs, up to rounding; then
     // shaken by less than what could turn one.
     const Vec3 shear = random.point(-0.5, 0.5);
     std::vector<Vec3> x(bodies.points_rest().begin(), bodies.points_rest().end());

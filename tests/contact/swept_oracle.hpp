@@ -48,7 +48,7 @@ inline Long to_segment(const LongVec& p, const LongVec& a, const LongVec& b) {
   return length_of(p - mixed(a, b, s));
 }
 
-/// Never less than the distance, since each value is that of two places.
+/// Never less than the distance, since each value belongs to two positions.
 inline Long point_triangle_distance(const std::array<LongVec, 4>& x) {
   Long least =
       std::min({to_segment(x[0], x[1], x[2]), to_segment(x[0], x[2], x[3]), to_segment(x[0], x[3], x[1])});

@@ -197,13 +197,13 @@ TEST(Multigrid, IsRebuiltAfterSlowSolvesAndFromItsReference) {
   for (int solve = 0; solve < 100; ++solve) multigrid.count(20);
   EXPECT_EQ(result(multigrid), at_rest) << "no solve took too many";
   for (int solve = 0; solve < 4; ++solve) multigrid.count(60);
-  const auto anew = result(multigrid);
-  EXPECT_NE(anew, at_rest);
+  const auto recomputed = result(multigrid);
+  EXPECT_NE(recomputed, at_rest);
   EXPECT_EQ(multigrid.reference(), positions);
   EXPECT_EQ(multigrid.stale_iterations(), 0);
   Multigrid resumed(s.matrix);
   resumed.set_reference(multigrid.reference(), multigrid.stale_iterations());
-  EXPECT_EQ(result(resumed), anew);
+  EXPECT_EQ(result(resumed), recomputed);
 }
 
 /// For a body that has only rotated, the result is rotated.

@@ -246,7 +246,7 @@ TEST(Smoothing, WhatHoldsAHangingBodyIsItsWeight) {
     const Bodies bodies = single_body(irregular_box_mesh({3, 2, 2}, size, 0.2));
     Dynamics dynamics =
         Scene{m, select(bodies, [](const Vec3& p) { return p.x == 0.0; }), 1}.dynamics(bodies);
-    dynamics.find_held_elements();
+    dynamics.find_constrained_elements();
     const Vec3 gravity{9.81, 0.0, 0.0};
     std::vector<Vec3> forces(bodies.points_rest().size());
     for (const int steps : {1, 400}) {

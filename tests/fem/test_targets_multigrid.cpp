@@ -183,13 +183,13 @@ TEST(SimdTargets, KernelsOfCoarseLevelsEqualTheirTwins) {
     return results;
   };
   const auto expected =
-      all(simd::scalar::gather_points, simd::scalar::spread_to_points, simd::scalar::multiply_six,
-          simd::scalar::add_six, simd::scalar::relax_forward, simd::scalar::relax_backward,
-          simd::scalar::relax_onward, simd::scalar::residual_above);
+      all(simd::scalar::multiply_six_by_three, simd::scalar::multiply_three_by_six,
+          simd::scalar::multiply_six, simd::scalar::add_six, simd::scalar::relax_forward,
+          simd::scalar::relax_backward, simd::scalar::relax_forward_from, simd::scalar::residual_above);
   palpate::test::for_each_simd_target([&](const char* target) {
     const auto found =
-        all(simd::gather_points, simd::spread_to_points, simd::multiply_six, simd::add_six,
-            simd::relax_forward, simd::relax_backward, simd::relax_onward, simd::residual_above);
+        all(simd::multiply_six_by_three, simd::multiply_three_by_six, simd::multiply_six, simd::add_six,
+            simd::relax_forward, simd::relax_backward, simd::relax_forward_from, simd::residual_above);
     for (std::size_t k = 0; k < expected.size(); ++k) expect_near(found[k], expected[k], target);
   });
 }

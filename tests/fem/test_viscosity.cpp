@@ -81,12 +81,12 @@ class HeldBar {
                            .dynamics(bodies_);
     elastic.set_positions(mapped(bodies_, [](const Vec3& p) { return Vec3{1.2 * p.x, p.y, p.z}; }));
     settle(elastic, {}, 12);
-    elastic.find_held_elements();
+    elastic.find_constrained_elements();
     elastic.begin_step(1.0, {}, {});
     elastic.solve({}, {.tolerance = 1e-12, .max_iterations = 20000});
     elastic_force_ = end_force(elastic, bodies_);
     dynamics_.set_positions(elastic.positions());
-    dynamics_.find_held_elements();
+    dynamics_.find_constrained_elements();
   }
   /// Force at the end of the next step, over that of elastic tissue.
   double step(double h) {

@@ -115,7 +115,7 @@ TEST_P(EveryExtension, CallsALfsPointerOne) {
   const std::string pointer = "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a2146\nsize 12345\n";
   const auto other = folder.write("far.node", pointer);
   const auto message = without_name(error_of(folder.write(std::string("far") + GetParam(), pointer)));
-  EXPECT_TRUE(message.starts_with(": found a git-LFS pointer in place of the file itself")) << message;
+  EXPECT_TRUE(message.starts_with(": found a git-LFS pointer instead of the file itself")) << message;
   EXPECT_NE(message.find("'git lfs pull'"), std::string::npos) << message;
 }
 

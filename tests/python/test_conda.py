@@ -1,4 +1,4 @@
-"""The conda recipe: rendered for both processors, and built and tested by rattler-build, with Debian's libraries in place of conda-forge's."""
+"""The conda recipe: rendered for both processors, and built and tested by rattler-build, with Debian's libraries instead of conda-forge's."""
 
 import json
 import os

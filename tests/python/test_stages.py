@@ -97,7 +97,7 @@ def test_bodies_without_contact_fall_through_each_other():
     simulation = palpate.Simulation({"bodies": [BODIES[0], falling], "time_step": 0.01})
     simulation.run(30)
     assert len(simulation.contacts) == 0 and simulation.positions[-1, 2] < -0.1
-    with pytest.raises(palpate.Error, match=r"bodies\[1\].no_contact\[0\]: found 'tabel', expected 'table'"):
+    with pytest.raises(palpate.Error, match=r"bodies\[1\].no_contact\[0\]: found 'tabel', expected another body: 'table'"):
         palpate.Simulation({"bodies": [BODIES[0], {**BODIES[1], "no_contact": ["tabel"]}]})
 
 

@@ -133,8 +133,8 @@ def test_failed_runs_are_kept_unless_they_shall_be_made_again(tmp_path):
     first = palpate.sweep(SCENE, wrong, steps=1, workers=1, folder=tmp_path)
     again = palpate.sweep(SCENE, wrong, steps=1, workers=1, folder=tmp_path)
     assert first["seconds"][0] == again["seconds"][0]
-    anew = palpate.sweep(SCENE, wrong, steps=1, workers=1, folder=tmp_path, retry_failed=True)
-    assert anew["seconds"][0] != first["seconds"][0]
+    again = palpate.sweep(SCENE, wrong, steps=1, workers=1, folder=tmp_path, retry_failed=True)
+    assert again["seconds"][0] != first["seconds"][0]
 
 
 def test_a_run_whose_process_dies_is_made_again(tmp_path):

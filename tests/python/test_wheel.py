@@ -117,7 +117,7 @@ def arm(root, tmp_path_factory):
 
 
 def test_the_wheel_of_arm_runs(arm, venv, root, tmp_path):
-    """Package and command end in one state; positions equal those here to rounding. No picture: minutes in qemu."""
+    """Package and command end in one state; positions equal those here up to rounding. No picture: minutes in qemu."""
     site, bare, emulate = arm
     scene = root / "scenes/ball-on-plate.json"
     code = "import palpate, sys; s = palpate.Simulation(sys.argv[1]); s.run(3); print(s.state_hash, *s.positions.ravel())"

@@ -15,12 +15,12 @@ TEST(EyeFinding, AgreesWhereIndexSortInsertsFasterAndScalesBetter) {
   // Amdahl: 80 % on 2 threads is 1 / (0.2 + 0.4) times as fast, 70 % is 1 / (0.3 + 0.35).
   const Finding good = eye_finding(3.0, 1.0 / 0.6, 1.0 / 0.65, 2);
   EXPECT_EQ(good.verdict, Verdict::agrees);
-  EXPECT_TRUE(says(good, "scales better than cuckoo hashing: parallel shares 80 % and 70 %")) << good.why;
+  EXPECT_TRUE(says(good, "scales better than cuckoo hashing: parallel fractions 80 % and 70 %")) << good.why;
   const Finding worse = eye_finding(3.0, 1.0 / 0.65, 1.0 / 0.6, 2);
   EXPECT_EQ(worse.verdict, Verdict::differs);
-  EXPECT_TRUE(says(worse, "scales worse than cuckoo hashing: parallel shares 70 % and 80 %")) << worse.why;
+  EXPECT_TRUE(says(worse, "scales worse than cuckoo hashing: parallel fractions 70 % and 80 %")) << worse.why;
   EXPECT_EQ(eye_finding(0.9, 1.6, 1.5, 2).verdict, Verdict::differs);
-  EXPECT_TRUE(says(eye_finding(3.0, 0.9, 1.5, 2), "shares none and "));
+  EXPECT_TRUE(says(eye_finding(3.0, 0.9, 1.5, 2), "fractions none and "));
 }
 
 TEST(EyeFinding, OneThreadTellsNothingOfScaling) {
@@ -32,9 +32,9 @@ TEST(StructuresFinding, EveryStructureMustTakeLess) {
   const StructureFigures good{.uniform = 200, .compact = 100, .hash = 150, .cuckoo = 160, .occupancy = 0.7};
   const Finding all_less = structures_finding({good}, 0);
   EXPECT_EQ(all_less.verdict, Verdict::agrees);
-  EXPECT_TRUE(says(all_less, "compact ones take 0.50, hashing 0.75 and cuckoo hashing 0.80 times"))
+  EXPECT_TRUE(says(all_less, "compact grids take 0.50, hashing 0.75 and cuckoo hashing 0.80 times"))
       << all_less.why;
-  EXPECT_TRUE(says(all_less, "70 % full, the paper's 71 %")) << all_less.why;
+  EXPECT_TRUE(says(all_less, "70 % full (paper: 71 %)")) << all_less.why;
   for (double StructureFigures::*structure :
        {&StructureFigures::compact, &StructureFigures::hash, &StructureFigures::cuckoo}) {
     StructureFigures bad = good;
@@ -66,7 +66,8 @@ TEST(ErrorsFinding, FewerCellsMustBeFasterAndErrorsSmall) {
   ErrorFigures needless = paper;
   needless.exact = 0.5;
   EXPECT_TRUE(says(errors_finding({needless}), "does not pay here"));
-  EXPECT_TRUE(says(errors_finding({needless}), "the exact query 2.00 times as fast as the fastest of these"));
+  EXPECT_TRUE(
+      says(errors_finding({needless}), "the exact query is 2.00 times as fast as the fastest of these"));
   ErrorFigures off = paper;
   off.largest_mean = 0.2;
   EXPECT_EQ(errors_finding({off}).verdict, Verdict::differs);
@@ -78,11 +79,12 @@ TEST(CellSizeFinding, TheMeanEdgeMustBeBestInMostScenes) {
   EXPECT_EQ(cell_size_finding({best, best, other}).verdict, Verdict::agrees);
   const Finding finding = cell_size_finding({best, other, other});
   EXPECT_EQ(finding.verdict, Verdict::differs);
-  EXPECT_TRUE(says(finding,
-                   "a: best 1 mean edges, the mean edge takes 1.00 of its time; auto 0.90, faster than the "
-                   "mean edge by 10 %"))
+  EXPECT_TRUE(
+      says(finding,
+           "a: the best size is 1 mean edges; the mean edge takes 1.00 times as long, auto 0.90 times "
+           "(faster than the mean edge by 10 %)"))
       << finding.why;
-  EXPECT_TRUE(says(finding, "auto 1.30, slower than the mean edge by 20 %")) << finding.why;
+  EXPECT_TRUE(says(finding, "auto 1.30 times (slower than the mean edge by 20 %)")) << finding.why;
   EXPECT_TRUE(says(finding, "in 1 of 3 scenes")) << finding.why;
 }
 

@@ -377,7 +377,7 @@ TEST(LoadModel, RefusesAttachmentsThatCannotBe) {
     });
   };
   EXPECT_EQ(attached(R"([{"to": "jav", "points": [0]}])"),
-            "s.json: bodies[2].attached[0].to: found 'jav', expected 'jaw', another body");
+            "s.json: bodies[2].attached[0].to: found 'jav', expected another body: 'jaw'");
   EXPECT_EQ(
       attached(R"([{"to": "jaw", "points": [0]}, {"to": "skull", "points": [1, 0]}])"),
       "s.json: bodies[2].attached[1]: found point 0, which is attached to another body too, expected points "
@@ -422,7 +422,7 @@ TEST(LoadModel, SelectsPointsNearAnotherBody) {
   for (const Vec3& p : some) EXPECT_EQ(p.x, 1.0);
   const auto message = [&](const std::string& near) { return message_of([&] { fixed_of(near); }); };
   EXPECT_EQ(message(R"({"body": "lover", "distance": 1})"),
-            "s.json: bodies[1].fixed[0].near.body: found 'lover', expected 'lower', another body");
+            "s.json: bodies[1].fixed[0].near.body: found 'lover', expected another body: 'lower'");
   EXPECT_EQ(message(R"({"body": "lower", "distance": 0.49})"),
             "s.json: bodies[1].fixed[0]: found no point of 'upper', expected one or more points selected");
   EXPECT_EQ(message(R"({"body": "lower"})"),

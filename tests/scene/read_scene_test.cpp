@@ -225,7 +225,8 @@ TEST(ReadScene, NamesTheKeyOfEachError) {
       {with(R"("output": {"fields": ["von_misses"]})"),
        "output.fields[0]: found \"von_misses\", expected 'von_mises'"},
       {with(R"("output": {"pairs": [{"bodies": ["body 0", "body 0"]}]})"),
-       "output.pairs[0].bodies: found 'body 0' twice, a body without self_collision, expected two different bodies"},
+       "output.pairs[0].bodies: found 'body 0' twice, a body without self_collision, expected two different "
+       "bodies"},
       {with(R"("output": {"pairs": [{"bodies": ["a"]}]})"),
        "output.pairs[0].bodies: found 1, expected two names"},
       {with(R"("output": {"views": [{"name": "v", "field": {"name": "stress"}}]})"),

@@ -209,8 +209,8 @@ TEST(Stages, BadOnesAreRefusedInOneLine) {
       stage_refusal(
           R"("move": [{"body": "block", "motion": {"keyframes": [{"time": 0, "translate": [0, 0, 1]}]}}])"),
       "scene: stages[0].move[0].motion.keyframes[0]: found a pose at time 0 that differs from the body's "
-      "present pose, "
-      "expected a keyframe at a later time; the motion starts at the present pose");
+      "current pose, "
+      "expected a keyframe at a later time; the motion starts at the current pose");
   EXPECT_EQ(
       stage_refusal(
           R"("move": [{"body": "table", "part": {"points": [0]}, "motion": {"keyframes": [{"time": 1}]}}])"),
@@ -244,10 +244,10 @@ TEST(Outcomes, BadOnesAreRefusedInOneLine) {
   EXPECT_EQ(of(R"("stress": {"body": "block"})"), "");
   EXPECT_EQ(of(R"("stress": {"body": "blok"})"),
             "scene: outcomes[0].stress.body: found 'blok', expected 'block'");
-  EXPECT_EQ(
-      of(R"("displacement": {"body": "block", "at": [0, 0, 0.17]})"),
-      "scene: outcomes[0].displacement.at: found a place 0.05 outside of 'block', expected a place in the "
-      "body at rest");
+  EXPECT_EQ(of(R"("displacement": {"body": "block", "at": [0, 0, 0.17]})"),
+            "scene: outcomes[0].displacement.at: found a position 0.05 outside of 'block', expected a "
+            "position in the "
+            "body at rest");
   EXPECT_EQ(of(R"("force": {"body": "block", "along": [0, 0, 0]})"),
             "scene: outcomes[0].force.along: found a zero vector, expected a direction");
   EXPECT_EQ(

@@ -66,7 +66,7 @@ TEST(Change, StructureOrderAndSortKeepTheBits) {
     settings.detection.sort = Sort::radix;
     const std::size_t contacts = changing.detector().contacts().size();
     changing.change(settings);
-    EXPECT_EQ(changing.detector().contacts().size(), contacts) << "found anew where the points are";
+    EXPECT_EQ(changing.detector().contacts().size(), contacts) << "found again where the points are";
   }
   run(changing, 30 - steps);
   EXPECT_EQ(changing.state_hash(), steady.state_hash());

@@ -22,7 +22,7 @@ inline void run_to_rest(Simulation& simulation, int most) {
   ASSERT_TRUE(simulation.at_rest()) << "fastest body " << simulation.metrics().fastest_body;
 }
 
-/// Solves to rounding.
+/// Solves up to rounding.
 inline SimulationSettings exact_settings() {
   SimulationSettings settings;
   settings.solver.tolerance = 1e-10;

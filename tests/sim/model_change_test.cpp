@@ -96,7 +96,7 @@ TEST(ModelChange, AReleasedBodyKeepsItsVelocityAndFalls) {
     EXPECT_EQ(mean(s, 1), before);
     steps(s, 10);
     const Vec3 moved = mean(s, 1) - before;
-    EXPECT_NEAR(moved.x, 10 * h * 0.2, 1e-7) << "it goes on as it was moved";
+    EXPECT_NEAR(moved.x, 10 * h * 0.2, 1e-7) << "it continues as it was moved";
     EXPECT_NEAR(moved.z, fall(10, 0.3), 1e-6);
     EXPECT_EQ(s.metrics().inverted_tets, 0);
   }
@@ -264,7 +264,7 @@ TEST(ModelChange, IsRefusedWhereThereIsNothingToChange) {
             "model change: insert: found 'table', which is in the simulation already, expected a body that "
             "was removed, or absent at the start");
   EXPECT_EQ(refused({.remove = {0, 0}}),
-            "model change: remove: found 'table', which is not in the simulation at present, expected a body "
+            "model change: remove: found 'table', which is not in the simulation now, expected a body "
             "that is in it");
   EXPECT_EQ(refused({.release_bodies = {7}}),
             "model change: release_bodies: found 7, expected an index below 2");

@@ -107,7 +107,7 @@ TEST(Outcomes, LandmarksGoWithTheirTet) {
     ADD_FAILURE();
   } catch (const Error& error) {
     EXPECT_STREQ(error.what(),
-                 "landmark: found a place 0.25 outside of 'a', expected a place in the body at rest");
+                 "landmark: found a position 0.25 outside of 'a', expected a position in the body at rest");
   }
 }
 

@@ -159,7 +159,7 @@ TEST(ContactResponse, DampsChatterByTheErrorOfTheForceWhichDecays) {
     return couplings.empty() ? 0.0 : response.laws().front().damping;
   };
   EXPECT_EQ(damping(0.0, -1.0), 0.0) << "new";
-  EXPECT_EQ(damping(-0.001, -1.0), 0.0) << "goes on as before";
+  EXPECT_EQ(damping(-0.001, -1.0), 0.0) << "continues as before";
   // Force 100 N/m times 0.015 m; predicted: 1.1 N minus 100 N/m times 0.001 m. Divided by 1 m/s.
   const double first = damping(-0.005, 1.0);
   EXPECT_NEAR(first, 1.5 - 1.0, 1e-9);

@@ -1,5 +1,5 @@
 // What lies still comes to rest: mats that hang over a post, and piles of soft balls, once trembled for as
-// long as they were watched (20 s), by contacts that opened and closed in turns.
+// long as they were watched (20 s), by contacts that opened and closed alternately.
 #include <gtest/gtest.h>
 #include <string>
 

@@ -153,7 +153,7 @@ TEST(Wrench, ListsEachContactWithItsForce) {
   EXPECT_GT(sticks, 100U);
 }
 
-/// Tilts gravity in place of the plate.
+/// Tilts gravity instead of the plate.
 void expect_incline(double degrees, double friction, bool slides) {
   Model model;
   model.bodies.add("plate", test::box_mesh({3, 3, 1}, {-0.5, -0.5, -0.1}, {0.5, 0.5, 0}));
@@ -353,7 +353,7 @@ TEST(Wrench, IsPartOfASavedState) {
   EXPECT_EQ(simulation.contact_wrench(2).torque, other.contact_wrench(2).torque);
   simulation.step();
   other.step();
-  EXPECT_EQ(sum_of(simulation.reactions()), sum_of(other.reactions())) << "it goes on noting them";
+  EXPECT_EQ(sum_of(simulation.reactions()), sum_of(other.reactions())) << "it continues to record them";
 }
 
 TEST(Wrench, RefusesBodiesThatAreNotThere) {

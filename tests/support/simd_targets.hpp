@@ -12,7 +12,7 @@ inline std::int64_t targets_of_same_bits() {
   return hwy::SupportedTargets() & HWY_TARGETS & (HWY_AVX2 | (HWY_AVX2 - 1));
 }
 
-/// Calls body(target name) with Highway's dispatch forced to each of some targets, in turn.
+/// Calls body(target name) with Highway's dispatch forced to each of some targets, one after the other.
 inline void for_each_simd_target(std::int64_t targets, const std::function<void(const char*)>& body) {
   for (std::int64_t left = targets; left != 0; left &= left - 1) {
     const std::int64_t target = left & -left;

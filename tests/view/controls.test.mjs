@@ -119,7 +119,7 @@ test("a cut across the view looks at the eye; buttons and keys of the view", asy
   await press("c");
   assert.equal(await page.isChecked("#cut"), false);
   await press("c");
-  assert.ok((await face()) > 1.1 * aslant, "cut anew, it looks at the eye again");
+  assert.ok((await face()) > 1.1 * aslant, "after another cut, it looks at the eye again");
   await press("c");
 
   const triad = () => page.evaluate(() => document.getElementById("triad").toDataURL());

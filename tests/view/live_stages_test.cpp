@@ -104,7 +104,7 @@ TEST(LiveStages, TellThePageWhatTheyAre) {
   run(source, end - clear);
   EXPECT_EQ(source.counts()["plan"]["done"], true);
   run(source, 3);
-  EXPECT_EQ(source.counts()["step"], end + 3) << "it goes on";
+  EXPECT_EQ(source.counts()["step"], end + 3) << "it continues";
   EXPECT_FALSE(test::small_source()->counts().contains("plan")) << "a scene without stages";
 }
 

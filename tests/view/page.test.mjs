@@ -328,7 +328,7 @@ test("shows arrows of contacts of edges", async () => {
   await server.end();
 });
 
-test("the scale of colours is automatic, fixed or begun anew; a view fixes it; fields have units", async () => {
+test("the scale of colours is automatic, fixed or reset; a view fixes it; fields have units", async () => {
   const server = await serve("patient.json");
   const page = await open(server.address);
   await page.selectOption("#scene-view", "moved");

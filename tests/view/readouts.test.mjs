@@ -66,7 +66,7 @@ async function seenBody(page) {
   return { x: x / width, y: y / height, fraction: count / (width * height), count };
 }
 
-test("another size of the window fits the view anew, unless a user has turned it", async () => {
+test("another size of the window fits the view again, unless a user has turned it", async () => {
   write("fitted.json", { ...glued, gravity: [0, 0, 0], bodies: [{ ...glued.bodies[0], color: [0.2, 0.4, 0.8] }] });
   const server = await serve("fitted.json", { flags: ["--paused"] });
   const page = await open(server.address, { viewport: { width: 1400, height: 450 } });

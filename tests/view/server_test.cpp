@@ -149,7 +149,7 @@ TEST_F(ServerTest, ClosesOnMessagesThatAreTooLong) {
   }
   EXPECT_EQ(page.close_code(), 1009) << "too big";
   test::Socket other(port(), path("socket"));
-  EXPECT_TRUE(header_of(other.receive_kind("frame")).contains("frame")) << "others go on";
+  EXPECT_TRUE(header_of(other.receive_kind("frame")).contains("frame")) << "others continue";
 }
 
 /// A page that answers each frame. After two unanswered frames the server sends no more.
@@ -188,7 +188,7 @@ class AnsweringPage {
   test::Socket socket_;
 };
 
-/// Sends damaged commands; then another page must be answered, and the simulation must go on.
+/// Sends damaged commands; then another page must be answered, and the simulation must continue.
 void expect_no_stop_by_fuzz(std::uint16_t port, const std::string& path, int messages, std::uint64_t seed) {
   test::Fuzz fuzz(seed);
   auto page = std::make_unique<test::Socket>(port, path);

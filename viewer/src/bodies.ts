@@ -53,7 +53,7 @@ class BodyMesh {
     this.update(start);
   }
 
-  /** Normals of vertices, weighted by area: those for drawing if the body is smooth, else computed on demand. */
+  /** Normals of vertices, weighted by area: made for drawing if the body is smooth, otherwise computed on demand. */
   normals(): Float32Array {
     const normals = this.surface.values("normal");
     if (!this.smooth) sumNormals(this.corners, this.surface.values("position"), normals);
@@ -162,7 +162,7 @@ export class BodySet {
   }
 
   /** Whether colours or sections need the inner points. */
-  get wantsInside(): boolean {
+  get needsInnerPoints(): boolean {
     return this.colouring !== "body" && this.colouring !== "depth";
   }
 
@@ -201,7 +201,7 @@ export class BodySet {
   }
 
   /**
-   * An automatic scale only grows, so that a movie keeps its colours; this starts it anew.
+   * An automatic scale only grows, so that a movie keeps its colours; this resets it.
    * @param coloured  names of the bodies that amounts colour; none: those that deform
    */
   setColouring(colouring: Colouring, scale?: { least: number; most: number }, coloured: readonly string[] = []): void {
@@ -276,7 +276,7 @@ export class BodySet {
       // Without a value, neighbours still have to be distinguished.
       if (coloured && !mesh.info.rigid) mesh.setFace(noValue, cutShade * (1 - 0.18 * (body % 3)));
       else mesh.setFace(shown ? neutral : mesh.colour);
-      if (!this.plane || !coloured || !this.wantsInside || !this.hasInside || !this.isCut(body)) return mesh.face.section(null);
+      if (!this.plane || !coloured || !this.needsInnerPoints || !this.hasInside || !this.isCut(body)) return mesh.face.section(null);
       const { positions, amounts } = this.tets.section(body, this.plane, this.positions, (corner) => this.amount(corner));
       const colours = new Float32Array(3 * amounts.length);
       amounts.forEach((amount, i) => {
@@ -353,7 +353,7 @@ export class BodySet {
     return this.meshes.findIndex((mesh) => mesh.info.vertices[0] <= vertex && vertex < mesh.info.vertices[1]);
   }
 
-  /** Whether a place of a body is visible: the body is shown, and the cut does not remove the place. */
+  /** whether a position of a body is visible: the body is shown, and the cut does not remove the position. */
   shows(body: number, place: three.Vector3): boolean {
     return this.meshes[body]!.front.visible && !(this.isCut(body) && this.plane!.distanceToPoint(place) < 0);
   }

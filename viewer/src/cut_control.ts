@@ -19,7 +19,7 @@ export class CutControl {
   private cutBodies: readonly string[] = [];
   /** The direction of the axis "view". */
   private kept = new three.Vector3(0, 0, 1);
-  /** Whether that direction comes from a view of the scene and not from the present camera. */
+  /** Whether that direction comes from a view of the scene and not from the current camera. */
   private ofView = false;
   private readonly controls: { on: HTMLInputElement; axis: HTMLSelectElement; flip: HTMLInputElement; place: Slider };
 
@@ -37,14 +37,14 @@ export class CutControl {
     const on = check("Cut the bodies open", false, (value) => this.switch(value), "cut");
     const axis = choose(axes, "x", (value) => this.setAxis(value as Axis), "cut-axis");
     const place = slider({
-      id: "cut-place", label: "Place of the cut", low: -half, high: half, value: 0,
+      id: "cut-place", label: "Position of the cut", low: -half, high: half, value: 0,
       show: (v) => this.shownPlace(v),
       change: (v) => { this.place = v; this.apply(); },
     });
     const flip = check("The other side", false, (value) => { this.flip = value; this.apply(); }, "cut-flip");
     const box = (label: HTMLElement) => label.querySelector("input")!;
     this.controls = { on: box(on), axis, flip: box(flip), place };
-    this.element = section("Cut", true, on, row("Across", axis), row("Place", place.element), flip);
+    this.element = section("Cut", true, on, row("Across", axis), row("Position", place.element), flip);
   }
 
   /** Cuts as a view of the scene does; without a cut the bodies are closed. */

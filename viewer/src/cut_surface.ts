@@ -1,5 +1,5 @@
 // A surface, or the part of it on one side of a plane. Triangles that the plane crosses are cut to pieces
-// here: clipping in the shader decides per pixel. For triangles seen from the side it uses a place outside of
+// here: clipping in the shader decides per pixel. For triangles seen from the side it uses a position outside of
 // them, which leaves stray pixels and steps. Neighbours have common points at the plane, so that there are no
 // gaps between them.
 import * as three from "three";

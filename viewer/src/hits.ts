@@ -27,7 +27,7 @@ function hitSkin(bodies: BodySet, ray: three.Raycaster): Hit | null {
   return nearest(bodies, body, found.point, [found.face.a, found.face.b, found.face.c].map((v) => begin + surface.vertex(v)));
 }
 
-/** The hit of a face of the cut: a place where the plane is inside a body. If two bodies overlap, the one drawn last. */
+/** The hit of a face of the cut: a position where the plane is inside a body. If two bodies overlap, the one drawn last. */
 function hitFace(bodies: BodySet, ray: three.Ray): Hit | null {
   const { plane } = bodies;
   const point = plane ? ray.intersectPlane(plane, new three.Vector3()) : null;

@@ -100,7 +100,7 @@ class Page {
     this.reshade();
   }
 
-  /** Fits the visible parts into the frame, as seen from a direction; without one, from the present direction. */
+  /** Fits the visible parts into the frame, as seen from a direction; without one, from the current direction. */
   private fit(from = this.view.back()): void {
     if (this.bodies) this.view.fit(this.bodies.shownPositions(), from);
   }
@@ -187,7 +187,7 @@ class Page {
     this.layers.showCells = cells;
     const contacts = arrows || colouring === "depth" || this.picked !== null;
     const fields = (this.stage!.fields ?? []).some((field) => field.name === colouring) ? [colouring] : [];
-    this.send("look", { contacts, borders, cells, inside: this.bodies!.wantsInside, forces: forces || this.hover.on, fields });
+    this.send("look", { contacts, borders, cells, inside: this.bodies!.needsInnerPoints, forces: forces || this.hover.on, fields });
     this.updateLayers();
     showLegend(this.stage!, this.bodies!);
     this.view.redraw();

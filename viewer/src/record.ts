@@ -23,7 +23,7 @@ export class Recorder {
     return this.recorder !== undefined;
   }
 
-  /** Throws where the browser cannot record. */
+  /** Throws if the browser cannot record. */
   start(name: string): void {
     const type = ["video/webm;codecs=vp9", "video/webm;codecs=vp8", "video/webm"].find((t) => MediaRecorder.isTypeSupported(t));
     if (!type) throw new Error("this browser cannot record video");

@@ -16,7 +16,7 @@ export class ScaleControl {
     private readonly bodies: BodySet,
     private readonly changed: () => void,
   ) {
-    const reset = make("button", { id: "scale-reset", title: "Begin the scale anew with what is shown now", onclick: () => this.reset() }, "Reset");
+    const reset = make("button", { id: "scale-reset", title: "Fit the scale to what is shown now", onclick: () => this.reset() }, "Reset");
     this.ends = row("From, to", make("span", { class: "ends" }, this.least, this.most));
     this.element.append(row("Scale", make("span", { class: "ends" }, this.kind, reset)), this.ends);
     this.show();
@@ -26,7 +26,7 @@ export class ScaleControl {
     return make("input", { type: "number", step: "any", id, "aria-label": label, onchange: () => this.setEnds() });
   }
 
-  /** Shows the present scale. */
+  /** Shows the current scale. */
   show(): void {
     const { scale, colouring } = this.bodies;
     this.element.hidden = colouring === "body";

@@ -197,7 +197,7 @@ export class SceneView {
     this.redraw();
   }
 
-  /** The ray through a place of the canvas, in pixels of the page. */
+  /** The ray through a position of the canvas, in pixels of the page. */
   ray(x: number, y: number): three.Raycaster {
     const box = this.canvas.getBoundingClientRect();
     const place = new three.Vector2((2 * (x - box.left)) / box.width - 1, 1 - (2 * (y - box.top)) / box.height);

@@ -61,7 +61,7 @@ export class Touch {
     this.view.canvas.setPointerCapture(event.pointerId);
   }
 
-  /** Grabs what is at a place of the page; returns false if nothing there can move. */
+  /** Grabs what is at a position of the page; returns false if nothing there can move. */
   take(x: number, y: number): boolean {
     if (this.hand.stage().mode !== "live") return false;
     const bodies = this.hand.bodies();

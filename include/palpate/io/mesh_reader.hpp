@@ -48,7 +48,7 @@ std::span<const std::string_view> mesh_extensions();
 /// in no tet. Both are counted in `converted`. Cells of other kinds are left out and counted in `dropped`.
 ///
 /// Throws Error, naming the file and the line, index or byte, for a file that is missing, unreadable,
-/// truncated or damaged, for indices out of range, for coordinates that are not finite, and where no tet is
+/// truncated or damaged, for indices out of range, for coordinates that are not finite, and if no tet is
 /// left. Never allocates memory for a count that the size of the file cannot hold. Repeated points in a tet
 /// and zero volume are accepted here; check_mesh() refuses them. O(file size).
 MeshFile read_mesh(const std::filesystem::path& path);

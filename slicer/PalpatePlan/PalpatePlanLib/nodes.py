@@ -11,7 +11,7 @@ from .results import Results
 
 
 def tissues_of(segmentation_node: Any) -> list[Tissue]:
-    """The segments of a segmentation, in their order, which is that of their labels."""
+    """The segments of a segmentation, in their order, which is the order of their labels."""
     segmentation = segmentation_node.GetSegmentation()
     tissues = []
     for number in range(segmentation.GetNumberOfSegments()):
@@ -22,7 +22,7 @@ def tissues_of(segmentation_node: Any) -> list[Tissue]:
 
 def export_label_map(slicer: Any, segmentation_node: Any, file: pathlib.Path) -> None:
     """Writes all segments as a label map (.nrrd): segment n, from 0, has label n + 1. Of segments that overlap the
-    later one counts. Raises ValueError where the node is transformed or Slicer refuses.
+    later one counts. Raises ValueError if the node is transformed or Slicer refuses.
     """
     if segmentation_node.GetParentTransformNode() is not None:
         raise ValueError("the segmentation is transformed: harden the transform first")

@@ -55,7 +55,7 @@ def relations_of(text: str) -> list[Relation]:
 
 
 def check(plan: Plan) -> None:
-    """Raises ValueError, one line, where no scene can come of the plan."""
+    """Raises ValueError, one line, if no scene can come of the plan."""
     names = [tissue.name for tissue in plan.tissues]
     if not names:
         raise ValueError("the segmentation has no segment")

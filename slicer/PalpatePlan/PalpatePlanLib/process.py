@@ -14,7 +14,7 @@ class Process:
     def __init__(self, arguments: Sequence[str], environment: Mapping[str, str] | None = None) -> None:
         """environment: of the program; in Slicer slicer.util.startupEnvironment(), None: that of this process.
 
-        Raises OSError where the program cannot be started.
+        Raises OSError if the program cannot be started.
         """
         self._process = subprocess.Popen(list(arguments), stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                                          stderr=subprocess.PIPE, env=None if environment is None else dict(environment),

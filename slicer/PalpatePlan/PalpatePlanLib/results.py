@@ -26,7 +26,7 @@ class Results:
 
 
 def read_results(folder: pathlib.Path) -> Results:
-    """Raises OSError or ValueError, with the name of the file, where something is missing or damaged."""
+    """Raises OSError or ValueError, with the name of the file, if something is missing or damaged."""
     run = _json(folder / "run.json")
     outcomes = _json(folder / "outcomes.json") if (folder / "outcomes.json").exists() else {"outcomes": []}
     return Results([body["name"] for body in run["bodies"]], run["units"]["time"], read_frames(folder / "frames.pvd"),
