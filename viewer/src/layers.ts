@@ -130,7 +130,7 @@ export class Layers {
   /** The marker again, faint, also where something covers it. */
   private readonly covered: three.Points;
   private readonly arrowShape = arrowGeometry();
-  private readonly arrowMaterial = new three.MeshBasicMaterial({ color: arrowColour });
+  private readonly arrowMaterial = new three.MeshBasicMaterial({ color: arrowColour, transparent: true });  // drawn after translucent bodies
   showArrows = false;
 
   constructor(
