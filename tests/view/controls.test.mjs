@@ -140,11 +140,15 @@ test("a saved picture and a video have the legend, the scale bar, the axes and f
         film.muted = true;
         film.src = `data:video/webm;base64,${data}`;
         await new Promise((resolve, reject) => { film.onloadeddata = resolve; film.onerror = () => reject(new Error(film.error.message)); });
+        const frame = new Promise((resolve) => film.requestVideoFrameCallback(resolve));
+        await film.play();
+        await frame;
         const canvas = document.createElement("canvas");
         canvas.width = film.videoWidth, canvas.height = film.videoHeight;
         canvas.getContext("2d").drawImage(film, 0, 0);
         return canvas.toDataURL("image/png").split(",")[1];
       }, bytes);
+      writeFileSync(join(pictures, "viewer-video-frame.png"), Buffer.from(frame, "base64"));
       const film = await pixelsOf(page, Buffer.from(frame, "base64"));
       assert.deepEqual([film.width, film.height], [seen.width, seen.height]);
       for (const id of ["legend", "scale-bar", "triad"]) await sameThere(page, id, seen, film, 1, 12);

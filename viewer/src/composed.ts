@@ -8,7 +8,7 @@ const sides = ["Top", "Right", "Bottom", "Left"] as const;
 
 export class Composed {
   readonly canvas = document.createElement("canvas");
-  private readonly context = this.canvas.getContext("2d")!;
+  private readonly context = this.canvas.getContext("2d", { alpha: false })!;
 
   constructor(private readonly view: HTMLCanvasElement) {}
 
@@ -36,11 +36,17 @@ export class Composed {
     const style = getComputedStyle(element);
     const box = element.getBoundingClientRect();
     if (box.width > 0 && box.height > 0) this.addBox(style, box);
-    if (element instanceof HTMLCanvasElement) this.context.drawImage(element, box.left, box.top, box.width, box.height);
+    if (element instanceof HTMLCanvasElement) this.context.drawImage(element, box.left, this.onPixel(box.top), box.width, box.height);
     for (const child of element.childNodes) {
       if (child instanceof HTMLElement) this.add(child);
       else if (child instanceof Text) this.addText(child, style);
     }
+  }
+
+  /** The nearest height of the page that is one of a pixel: where browsers put text and pictures. */
+  private onPixel(y: number): number {
+    const { d, f } = this.context.getTransform();
+    return (Math.round(d * y + f) - f) / d;
   }
 
   private addBox(style: CSSStyleDeclaration, { left, top, width, height }: DOMRect): void {
@@ -73,8 +79,8 @@ export class Composed {
     range.selectNodeContents(text);
     const { left, top, height } = range.getBoundingClientRect();
     this.context.font = `${style.fontWeight} ${style.fontSize} ${style.fontFamily}`;
-    this.context.textBaseline = "middle";
+    const { fontBoundingBoxAscent: above, fontBoundingBoxDescent: below } = this.context.measureText(words);
     this.context.fillStyle = style.color;
-    this.context.fillText(words, left, top + height / 2);
+    this.context.fillText(words, left, this.onPixel(top + (height - above - below) / 2 + above));
   }
 }

@@ -292,6 +292,7 @@ class Page {
   private toggleVideo(): void {
     const button = byId("video");
     try {
+      this.view.draw();
       if (this.recorder.running) this.recorder.stop();
       else this.recorder.start(this.stage?.name ?? "palpate");
       this.view.redraw();  // an unchanged canvas gives no picture

@@ -31,11 +31,12 @@ export class Recorder {
     return this.recorder !== undefined;
   }
 
-  /** Throws where the browser cannot record. */
+  /** The view must have been drawn in this turn of the event loop. Throws where the browser cannot record. */
   start(name: string): void {
     const type = ["video/webm;codecs=vp9", "video/webm;codecs=vp8", "video/webm"].find((t) => MediaRecorder.isTypeSupported(t));
     if (!type) throw new Error("this browser cannot record video");
     this.composed.fit();
+    this.composed.draw();
     const recorder = new MediaRecorder(this.composed.canvas.captureStream(30), { mimeType: type, videoBitsPerSecond: 8e6 });
     const parts: Blob[] = [];
     recorder.ondataavailable = (event) => parts.push(event.data);
