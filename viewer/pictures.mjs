@@ -60,12 +60,12 @@ async function nearestPoint(page, at, x, y) {
   return beside;
 }
 
-/** The orbit, cut open: a plate lifts the bulb; a hand pulls at the bulb, and lets go. */
+/** The orbit, cut open: a plate lifts the bulb; a hand pulls the lateral rectus down from it, and lets go. */
 async function animation() {
   const { child, address } = await serve("scenes/eye.json", "--paused", "--speed", "max");
   const page = await open(address, { width: 1200, height: 800 });
   await page.selectOption("#scene-view", "tissues");
-  // The bulb is stiff: a weak spring, with which a hand can tell 10 mN from 30.
+  // A weak spring: its line is long enough to be seen, and a hand can tell 5 mN from 15.
   await page.locator("#strength").fill("0");
   await page.click("#panel-toggle");
   await page.click("#fit");
@@ -74,7 +74,7 @@ async function animation() {
   const files = [];
   const box = await page.locator("#canvas").boundingBox();
   const at = (x, y) => page.mouse.move(box.x + x, box.y + y);
-  let [x, y] = [0.36 * box.width, 0.57 * box.height];
+  let [x, y] = [0.56 * box.width, 0.64 * box.height];
   const force = async () => {
     const [, amount, unit] = /([\d.]+) (m?)N/.exec((await page.locator(".tag").allTextContents()).join()) ?? [0, "0", "m"];
     return Number(amount) * (unit === "m" ? 1 : 1000);
@@ -89,9 +89,9 @@ async function animation() {
     }
     if (step === 11) [x, y] = await nearestPoint(page, at, x, y);
     if (step === 12) await page.mouse.down();
-    // Further until the hand feels 25 mN, which the tissue can bear.
-    if (step > 12 && step < 32 && (await force()) < 25) far += 4;
-    if (step > 12 && step < 32) await at(x - 0.8 * far, y - 0.6 * far);
+    // Further until the hand feels 15 mN, which the tissue can bear.
+    if (step > 12 && step < 32 && (await force()) < 15) far += 8;
+    if (step > 12 && step < 32) await at(x + 0.25 * far, y + 0.97 * far);
     if (step === 32) await page.mouse.up();
     await page.waitForTimeout(700);
     const file = join(place, `${String(files.length).padStart(3, "0")}.png`);
@@ -99,7 +99,7 @@ async function animation() {
     files.push(file);
   }
   // Each picture for itself: what is taken from the one before leaves blocks.
-  const made = spawnSync("img2webp", ["-loop", "0", "-lossy", "-q", "90", "-kmin", "0", "-kmax", "1", "-m", "6", "-d", "100", ...files.slice(0, -1), "-d", "1000", files.at(-1), "-o", join(folder, "viewer.webp")]);
+  const made = spawnSync("img2webp", ["-loop", "0", "-lossy", "-q", "90", "-kmin", "0", "-kmax", "1", "-m", "6", "-d", "100", ...files.slice(0, -1), "-d", "1000", files.at(-1), "-o", join(folder, "../gallery/viewer.webp")]);
   if (made.status !== 0) console.error(`no animation: ${made.error ?? made.stderr}`);
   if (process.env.KEEP) spawnSync("cp", [...files, process.env.KEEP]);
   rmSync(place, { recursive: true });

@@ -1,7 +1,9 @@
 // Every control of the page that other tests do not cover, each key, and touch, in a headless browser.
 import assert from "node:assert/strict";
+import { readFileSync, writeFileSync } from "node:fs";
+import { join } from "node:path";
 import { test } from "node:test";
-import { faceColour, glued, middle, noComplaints, open, openSection, patch, serve, shot, tag, text, until, write } from "./page_support.mjs";
+import { faceColour, glued, middle, noComplaints, open, openSection, patch, pictures, pixelsOf, serve, shot, tag, text, until, write } from "./page_support.mjs";
 
 const blue = [0.2, 0.4, 0.8];
 write("blue.json", { ...glued, gravity: [0, 0, 0], bodies: [{ ...glued.bodies[0], color: blue }] });
@@ -61,7 +63,9 @@ test("the ends of a fixed scale", async () => {
   assert.equal(await page.inputValue("#scale-most"), "4", "as a view of the scene has it");
   await page.selectOption("#scale-kind", "automatic");
   assert.equal(await page.isVisible("#scale-least"), false);
+  assert.deepEqual(await page.locator("#legend-ticks span").allTextContents(), ["all 0"], "one tick where nothing has moved");
   await page.selectOption("#scale-kind", "fixed");
+  assert.match(await text(page, "scale-hint"), /set the end/);
   await page.fill("#scale-most", "6");
   await page.keyboard.press("Tab");
   await page.fill("#scale-least", "2");
@@ -69,13 +73,112 @@ test("the ends of a fixed scale", async () => {
   assert.equal(await text(page, "legend-ticks"), "246");
   await page.fill("#scale-least", "8");
   await page.keyboard.press("Tab");
-  assert.equal(await page.inputValue("#scale-least"), "2", "what does not begin below its end is not taken");
+  assert.match(await text(page, "scale-hint"), /^Not taken/);
+  assert.equal(await page.getAttribute("#scale-least", "aria-invalid"), "true");
+  assert.equal(await text(page, "legend-ticks"), "246", "what does not begin below its end is not taken");
+  await page.fill("#scale-most", "1");
+  await page.keyboard.press("Tab");
+  assert.equal(await text(page, "legend-ticks"), "246", "nor from 8 to 1");
+  assert.equal(await page.isVisible("#scale-hint"), true);
+  await page.fill("#scale-most", "10");
+  await page.keyboard.press("Tab");
+  assert.equal(await text(page, "legend-ticks"), "8910", "both numbers are typed one after the other");
+  assert.equal(await page.isVisible("#scale-hint"), false);
   await page.selectOption("#scale-kind", "automatic");
   assert.equal(await page.isVisible("#scale-least"), false);
   noComplaints(page);
   await page.close();
   await server.end();
 });
+
+test("a list of bodies ends with a whole line, and a motion that begins later says when", async () => {
+  const box = (i) => ({ name: `box ${i}`, box: { cells: [1, 1, 1], size: [0.01, 0.01, 0.01] }, translate: [0.02 * i, 0, 0], obstacle: true });
+  const moved = { ...box(0), obstacle: undefined, motion: { keyframes: [{ time: 0.5 }, { time: 1, translate: [0, 0, 0.01] }] } };
+  for (const count of [11, 20]) {
+    write("many.json", { name: "many", time_step: 0.01, bodies: [moved, ...Array.from({ length: count - 1 }, (_, i) => box(i + 1))] });
+    const server = await serve("many.json", { flags: ["--paused"] });
+    const page = await open(server.address);
+    const { rest, last } = await page.$eval(".list", (list) => {
+      const lines = [...list.querySelectorAll(".body")].map((line) => line.getBoundingClientRect());
+      const end = list.getBoundingClientRect().bottom;
+      return { rest: lines.filter((line) => line.top < end - 0.5 && line.bottom > end + 0.5).length, last: lines.at(-1).bottom - end };
+    });
+    assert.equal(rest, 0, `${count} bodies: no line is half hidden`);
+    assert.equal(last < 1, count === 11, "a short list has no scroll bar");
+    assert.equal(await page.getAttribute("#motion-0", "aria-valuetext"), "from 0.5 s");
+    assert.equal(await page.textContent(".slider:has(#motion-0) output"), "from 0.5 s");
+    noComplaints(page);
+    await page.close();
+    await server.end();
+  }
+});
+
+test("a saved picture and a video have the legend, the scale bar, the axes and forces", async () => {
+  const server = await serve("patient.json", { flags: ["--paused"] });
+  for (const deviceScaleFactor of [1, 2]) {
+    const page = await open(server.address, { deviceScaleFactor, bypassCSP: true });
+    await page.selectOption("#scene-view", "moved");
+    await page.waitForTimeout(1000);
+    const seen = await pixelsOf(page, await page.locator("#view").screenshot());
+    const [saved] = await Promise.all([page.waitForEvent("download"), page.click("#picture")]);
+    const png = readFileSync(await saved.path());
+    const picture = await pixelsOf(page, png);
+    writeFileSync(join(pictures, `viewer-saved-${deviceScaleFactor}.png`), png);
+    assert.deepEqual([picture.width, picture.height], [seen.width, seen.height]);
+    for (const id of ["legend", "scale-bar", "triad"]) await sameThere(page, id, seen, picture, deviceScaleFactor);
+    if (deviceScaleFactor === 1) {
+      await page.click("#video");
+      for (const key of ["ArrowLeft", "ArrowRight"]) {
+        await page.focus("#canvas");
+        await page.keyboard.press(key);
+        await page.waitForTimeout(700);
+      }
+      const [video] = await Promise.all([page.waitForEvent("download"), page.click("#video")]);
+      const bytes = readFileSync(await video.path()).toString("base64");
+      const frame = await page.evaluate(async (data) => {
+        const film = document.createElement("video");
+        film.muted = true;
+        film.src = `data:video/webm;base64,${data}`;
+        await new Promise((resolve, reject) => { film.onloadeddata = resolve; film.onerror = () => reject(new Error(film.error.message)); });
+        const frame = new Promise((resolve) => film.requestVideoFrameCallback(resolve));
+        await film.play();
+        await frame;
+        const canvas = document.createElement("canvas");
+        canvas.width = film.videoWidth, canvas.height = film.videoHeight;
+        canvas.getContext("2d").drawImage(film, 0, 0);
+        return canvas.toDataURL("image/png").split(",")[1];
+      }, bytes);
+      writeFileSync(join(pictures, "viewer-video-frame.png"), Buffer.from(frame, "base64"));
+      const film = await pixelsOf(page, Buffer.from(frame, "base64"));
+      assert.deepEqual([film.width, film.height], [seen.width, seen.height]);
+      for (const id of ["legend", "scale-bar", "triad"]) await sameThere(page, id, seen, film, 1, 12);
+    }
+    noComplaints(page);
+    await page.close();
+  }
+  await server.end();
+});
+
+/** Two pictures of the view are the same where an element lies, up to a part of a pixel, and show more than one colour there. */
+async function sameThere(page, id, seen, picture, ratio, most = 6) {
+  const view = await page.locator("#view").boundingBox();
+  const box = await page.locator(`#${id}`).boundingBox();
+  const sums = [0, 0, 0];
+  let [count, inked] = [0, 0];
+  const at = (x, y) => 4 * (Math.round(ratio * x) + seen.width * Math.round(ratio * y));
+  const first = at(box.x - view.x + 4, box.y - view.y + 4);
+  for (let y = box.y - view.y; y < box.y - view.y + box.height; ++y) {
+    for (let x = box.x - view.x; x < box.x - view.x + box.width; ++x) {
+      const i = at(x, y);
+      ++count;
+      for (const k of [0, 1, 2]) sums[k] += Math.abs(seen.data[i + 1] - picture.data[i + 1 + 4 * seen.width * (k - 1)]);
+      if (Math.abs(picture.data[i] - picture.data[first]) > 40) ++inked;
+    }
+  }
+  const differs = Math.min(...sums) / count;
+  assert.ok(differs < most, `${id}, ${ratio} pixels: differs by ${differs} of 255`);
+  assert.ok(inked > 0.02 * count, `${id} is there: ${inked} of ${count}`);
+}
 
 test("a weak pull pulls less", async () => {
   const server = await serve("glued.json");

@@ -42,6 +42,7 @@ test("the cut of a named view can be moved, turned round and closed", async () =
   assert.ok(before.count > 1000, "the view cuts the body open");
   assert.deepEqual(await control(page), { on: true, axis: "y", flip: true, place: "0 mm" });
   await slide(page, "cut-place", 0.4);
+  await page.click("#fit");  // the other half may have to be fitted: counts are compared as fitted
   const moved = await face();
   assert.ok(moved.count > 1000, "the body stays cut open");
   assert.ok(Math.hypot(moved.x - before.x, moved.y - before.y) > 3, "its face moves");
@@ -52,12 +53,14 @@ test("the cut of a named view can be moved, turned round and closed", async () =
   const other = await skin();
   assert.ok(Math.hypot(other.x - half.x, other.y - half.y) > 10, "the other half is kept");
   await page.check("#cut-flip");
+  await page.click("#fit");
   const back = await face();
   assert.ok(Math.abs(back.count - moved.count) < 20);
   await page.uncheck("#cut");
   const whole = await skin();
   assert.ok(Math.hypot(whole.x - half.x, whole.y - half.y) > 3, "the body is closed");
   await page.check("#cut");
+  await page.click("#fit");
   assert.ok(Math.abs((await face()).count - moved.count) < 20);
   await page.selectOption("#cut-axis", "z");
   assert.equal((await control(page)).on, true);
@@ -99,6 +102,67 @@ test("a slanting cut of a view moves along its own normal, and cuts its own bodi
   await page.check("#cut");
   const whole = (await plate()).count;
   assert.ok(whole > 5 * few, `a view without a cut leaves no list of bodies behind: ${whole}`);
+  noComplaints(page);
+  await page.close();
+  await server.end();
+});
+
+test("the page says which bodies are cut, and cuts others on demand", async () => {
+  const server = await serve("oblique.json", { flags: ["--paused"] });
+  const page = await open(server.address);
+  const plate = () => patch(page, faceColour([0.72, 0.72, 0.74]), 2);
+  const pressed = () => page.$$eval(".scissors", (all) => all.filter((one) => one.getAttribute("aria-pressed") === "true").map((one) => one.getAttribute("aria-label")));
+  assert.equal(await text(page, "cut-bodies"), "Cuts: lower. 3 others stay whole.");
+  assert.deepEqual(await pressed(), ["Cut lower"]);
+  const whole = (await plate()).count;
+  await page.click("[aria-label='Cut plate']");
+  assert.equal(await text(page, "cut-bodies"), "Cuts: plate, lower. 2 others stay whole.");
+  assert.deepEqual(await pressed(), ["Cut plate", "Cut lower"]);
+  const cut = (await plate()).count;
+  assert.ok(cut > whole + 200, `the plate has a face: ${cut}, ${whole} before`);
+  await shot(page, "cut-bodies");
+  await page.click("[aria-label='Cut plate']");
+  await page.click("[aria-label='Cut lower']");
+  assert.equal(await text(page, "cut-bodies"), "Cuts: none.");
+  assert.equal((await patch(page, faceColour(blue), 3)).count, 0);
+  await page.click("#cut-all");
+  assert.equal(await text(page, "cut-bodies"), "Cuts: all bodies.");
+  assert.equal(await page.isVisible("#cut-all"), false);
+  assert.equal((await pressed()).length, 4);
+  await page.uncheck("#cut");
+  assert.equal(await text(page, "cut-bodies"), "");
+  assert.equal(await page.isVisible("[aria-label='Cut plate']"), false);
+  noComplaints(page);
+  await page.close();
+  await server.end();
+});
+
+test("another axis of the cut keeps what is shown in the frame; places are round", async () => {
+  const server = await serve("coloured-patient.json", { flags: ["--paused"] });
+  const page = await open(server.address);
+  const atBorder = async () => {
+    const { width, height, data } = await pixels(page);
+    let count = 0;
+    for (let i = 0; i < width * height; ++i) {
+      const [x, y] = [i % width, Math.floor(i / width)];
+      // Blue or grey bodies: the background is brighter, shadows are not at all sides.
+      if ((x < 2 || x >= width - 2 || y < 2) && data[4 * i + 1] < 205) ++count;
+    }
+    return count;
+  };
+  await page.selectOption("#cut-axis", "z");
+  await slide(page, "cut-place", 0.35);
+  await page.click("#fit");
+  assert.equal(await atBorder(), 0);
+  for (const axis of ["x", "y", "view", "z"]) {
+    await page.selectOption("#cut-axis", axis);
+    assert.equal(await atBorder(), 0, axis);
+    for (const fraction of [0.31, 0.473, 0.512]) {
+      await slide(page, "cut-place", fraction);
+      assert.match((await control(page)).place, /^-?\d+(\.\d)? mm$/, axis);
+    }
+  }
+  await shot(page, "cut-axis");
   noComplaints(page);
   await page.close();
   await server.end();

@@ -4,7 +4,10 @@ import { spawnSync } from "node:child_process";
 import { readFileSync, statSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { test } from "node:test";
-import { command, folder, glued, hasColour, material, middle, noComplaints, open, openSection, serve, shot, tag, text, time, until, write } from "./page_support.mjs";
+import { command, folder, glued, hasColour, material, middle, noComplaints, open, openSection, patch, serve, shot, tag, text, time, until, write } from "./page_support.mjs";
+
+/** The colour of arrows of contacts. */
+const arrow = [230, 0, 200];
 
 // One corner of a tet in a box: three border edges, each through its top.
 const pricked = {
@@ -287,22 +290,37 @@ test("marks the picked point, and shows arrows of contacts of seen bodies alone"
   await until("it has settled", async () => (await time(page)) > 0.5);
   await page.click("#play");
   const marker = [213, 94, 0];
-  const deepest = [253, 231, 37];  // the arrow of the deepest contact has the bright end of the colour map
-  for (const body of ["lower", "upper"]) {
-    await page.locator(`.body:has-text("${body}") input[type=range]`).fill("0.3");
-  }
-  assert.equal(await hasColour(page, deepest), false);
+  const fade = async (opacity) => {
+    for (const body of ["lower", "upper"]) await page.locator(`.body:has-text("${body}") input[type=range]`).fill(opacity);
+  };
+  await fade("0.3");
+  assert.equal(await hasColour(page, arrow), false);
+  assert.equal(await page.isVisible("#arrows-hint"), false);
   await page.check("#show-arrows");
-  await until("an arrow", () => hasColour(page, deepest));
+  assert.match(await text(page, "arrows-hint"), /cut or faded/);
+  await until("an arrow", () => hasColour(page, arrow));
+  const through = (await patch(page, arrow)).count;
+  await fade("1");
+  const outside = (await patch(page, arrow)).count;
+  assert.ok(outside < 0.4 * through, `bodies that are not faded cover arrows: ${outside} pixels, ${through} before`);
+  await fade("0.3");
+  await page.selectOption("#colouring", "displacement");
+  assert.ok((await patch(page, arrow)).count > 0.5 * through, "whatever colours show, arrows have their own");
+  await page.selectOption("#colouring", "body");
   for (const body of ["lower", "upper"]) await page.uncheck(`.body:has-text("${body}") input[type=checkbox]`);
-  await until("no arrow floats where no body is seen", async () => !(await hasColour(page, deepest)));
+  await until("no arrow floats where no body is seen", async () => !(await hasColour(page, arrow)));
   await page.check(`.body:has-text("lower") input[type=checkbox]`);
   await page.uncheck("#show-arrows");
+  await page.locator(".body:has-text('lower') input[type=range]").fill("1");
   assert.equal(await hasColour(page, marker), false);
   const { x, y } = await middle(page);
   await page.mouse.click(x, y + 20);
   await until("a marker", () => hasColour(page, marker));
   await shot(page, "marker");
+  await page.focus("#canvas");
+  for (let i = 0; i < 31; ++i) await page.keyboard.press("ArrowLeft");
+  await shot(page, "marker-behind");
+  assert.equal(await hasColour(page, marker), false, "from behind, the body covers it");
   noComplaints(page);
   await page.close();
   await server.end();
@@ -315,14 +333,14 @@ test("shows arrows of contacts of edges", async () => {
     { ...bar("lower", [0.2, 0.02, 0.02], [0, 0, 0]), obstacle: true }, { ...bar("upper", [0.02, 0.2, 0.02], [0.003, 0.001, 0.019]), material }] });
   const server = await serve("bars.json", { flags: ["--paused"] });
   const page = await open(server.address);
-  const deepest = [253, 231, 37];
   assert.match(await text(page, "counts"), /contacts0/);
-  assert.equal(await hasColour(page, deepest), false);
+  await page.locator("#fade-all").fill("60");
+  assert.equal(await hasColour(page, arrow), false);
   await page.check("#show-arrows");
-  await until("an arrow", () => hasColour(page, deepest));
+  await until("an arrow", () => hasColour(page, arrow));
   await shot(page, "edge-arrows");
   await page.uncheck(".body:has-text('lower') input[type=checkbox]");
-  await until("none where a body is hidden", async () => !(await hasColour(page, deepest)));
+  await until("none where a body is hidden", async () => !(await hasColour(page, arrow)));
   noComplaints(page);
   await page.close();
   await server.end();

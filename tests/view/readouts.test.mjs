@@ -33,6 +33,49 @@ test("letters of the axes never lie over each other, from wherever they are seen
   await server.end();
 });
 
+test("the letters of the axes are whole on screens with any number of pixels", async () => {
+  const server = await serve("patient.json", { flags: ["--paused"] });
+  for (const deviceScaleFactor of [1, 1.5, 2, 3]) {
+    const page = await open(server.address, { deviceScaleFactor }, () => {
+      const real = CanvasRenderingContext2D.prototype.fillText;
+      window.letters = [];
+      CanvasRenderingContext2D.prototype.fillText = function (letter, x, y) {
+        if (this.canvas.id === "triad") {
+          const { actualBoundingBoxLeft: l, actualBoundingBoxRight: r, actualBoundingBoxAscent: u, actualBoundingBoxDescent: d } = this.measureText(letter);
+          const corners = [[x - l, y - u], [x + r, y + d]].map(([p, q]) => this.getTransform().transformPoint({ x: p, y: q }));
+          window.letters.push([letter, corners.every((p) => p.x >= 0 && p.y >= 0 && p.x <= this.canvas.width && p.y <= this.canvas.height)]);
+        }
+        real.call(this, letter, x, y);
+      };
+    });
+    await page.focus("#canvas");
+    for (let turn = 0; turn < 16; ++turn) {
+      await page.keyboard.press(turn < 4 ? "ArrowUp" : "ArrowLeft");
+      await page.waitForTimeout(60);
+    }
+    await page.waitForTimeout(300);
+    const letters = await page.evaluate(() => window.letters);
+    assert.deepEqual([...new Set(letters.map(([letter]) => letter))].sort(), ["A", "I", "L", "P", "R", "S"]);
+    assert.deepEqual(letters.filter(([, whole]) => !whole), [], `${deviceScaleFactor} pixels a unit`);
+    await shot(page, `triad-${deviceScaleFactor}`);
+    // What is drawn has its middle in the middle: lines of all axes begin there.
+    const drawn = await page.evaluate(() => {
+      const canvas = document.getElementById("triad");
+      const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+      let [sum, x, y] = [0, 0, 0];
+      for (let i = 0; i < canvas.width * canvas.height; ++i) {
+        const a = data[4 * i + 3];
+        sum += a, x += a * (i % canvas.width), y += a * Math.floor(i / canvas.width);
+      }
+      return { x: x / sum / canvas.width, y: y / sum / canvas.height };
+    });
+    assert.ok(Math.abs(drawn.x - 0.5) < 0.12 && Math.abs(drawn.y - 0.5) < 0.12, `${drawn.x}, ${drawn.y}`);
+    noComplaints(page);
+    await page.close();
+  }
+  await server.end();
+});
+
 test("small lengths read in millimetres", async () => {
   const server = await serve("glued.json", { flags: ["--paused"] });
   const page = await open(server.address);

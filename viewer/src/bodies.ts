@@ -318,10 +318,10 @@ export class BodySet {
     return true;
   }
 
-  /** Sets the plane of the cut, for the bodies of these names; without names, for all. */
-  cut(plane: three.Plane | null, names: readonly string[] = []): void {
+  /** Sets the plane of the cut, for the bodies of these names; null: for all. */
+  cut(plane: three.Plane | null, names: ReadonlySet<string> | null = null): void {
     this.plane = plane;
-    this.isCut = (body) => plane !== null && (names.length === 0 || names.includes(this.meshes[body]!.info.name));
+    this.isCut = (body) => plane !== null && (names === null || names.has(this.meshes[body]!.info.name));
     const within = this.sphere(this.isCut);
     this.meshes.forEach((mesh, i) => {
       mesh.cut(this.isCut(i) ? plane : null, within);

@@ -1,10 +1,18 @@
 // Layers drawn over the bodies: contacts, border edges with their crossings, cells, the pull.
 import * as three from "three";
+import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
+import { LineSegments2 } from "three/examples/jsm/lines/LineSegments2.js";
+import { LineSegmentsGeometry } from "three/examples/jsm/lines/LineSegmentsGeometry.js";
 import type { BodySet } from "./bodies";
-import { amountColour } from "./colours";
 import type { Arrays, Frame } from "./protocol";
 
 const onTop = { depthTest: false, transparent: true } as const;
+
+/** Of the arrows of contacts: neither a colour of amounts nor of tissue. */
+const arrowColour = "#e600c8";
+
+/** Of a marker that something covers. */
+const coveredOpacity = 0.25;
 
 /** Lines or points whose number changes from frame to frame. */
 class Growing<T extends three.Line | three.LineSegments | three.Points> {
@@ -87,6 +95,17 @@ function cellLines(): { object: three.LineSegments; offsets(values: Float32Array
   return { object, offsets };
 }
 
+/** A ring of constant size at a point; drawn as if it lay a little nearer, so that the surface around the point does not cover it. */
+function markerMaterial(nearer: number): three.PointsMaterial {
+  const material = new three.PointsMaterial({ color: "#d55e00", size: 11, sizeAttenuation: false, map: ring(), transparent: true, depthWrite: false });
+  material.onBeforeCompile = (shader) => {
+    shader.vertexShader = shader.vertexShader.replace("#include <project_vertex>", `#include <project_vertex>
+      vec4 towardsEye = projectionMatrix * (mvPosition + vec4(0.0, 0.0, ${nearer.toExponential(6)}, 0.0));
+      gl_Position.z = towardsEye.z / towardsEye.w * gl_Position.w;`);
+  };
+  return material;
+}
+
 export class Layers {
   readonly group = new three.Group();
   private arrows?: three.InstancedMesh;
@@ -100,30 +119,28 @@ export class Layers {
     ),
   );
   private readonly cells = cellLines();
-  private readonly pull = new Growing(
-    new three.LineSegments(new three.BufferGeometry(), new three.LineBasicMaterial({ color: "#d55e00", ...onTop })),
-  );
+  private readonly pull = new LineSegments2(new LineSegmentsGeometry(), new LineMaterial({ color: "#d55e00", linewidth: 3, ...onTop }));
   private readonly ends = new Growing(
     new three.Points(
       new three.BufferGeometry(),
       new three.PointsMaterial({ color: "#d55e00", size: 8, sizeAttenuation: false, ...onTop }),
     ),
   );
-  private readonly marker = new Growing(
-    new three.Points(
-      new three.BufferGeometry(),
-      new three.PointsMaterial({ color: "#d55e00", size: 11, sizeAttenuation: false, map: ring(), ...onTop }),
-    ),
-  );
+  private readonly marker: Growing<three.Points>;
+  /** The marker again, faint, also where something covers it. */
+  private readonly covered: three.Points;
   private readonly arrowShape = arrowGeometry();
-  private readonly arrowMaterial = new three.MeshBasicMaterial({ ...onTop });
+  private readonly arrowMaterial = new three.MeshBasicMaterial({ color: arrowColour, transparent: true });  // drawn after translucent bodies
   showArrows = false;
 
   constructor(
     private readonly diagonal: number,
     private readonly bodies: BodySet,
   ) {
-    this.group.add(this.edges.object, this.crossings.object, this.cells.object, this.pull.object, this.ends.object, this.marker.object);
+    this.marker = new Growing(new three.Points(new three.BufferGeometry(), markerMaterial(0.015 * diagonal)));
+    this.covered = new three.Points(this.marker.object.geometry, new three.PointsMaterial({ color: "#d55e00", size: 11, sizeAttenuation: false, map: ring(), opacity: coveredOpacity, ...onTop }));
+    this.covered.frustumCulled = this.covered.visible = this.pull.frustumCulled = this.pull.visible = false;
+    this.group.add(this.edges.object, this.crossings.object, this.cells.object, this.pull, this.ends.object, this.covered, this.marker.object);
     this.group.renderOrder = 1;  // after the bodies and their cut faces
   }
 
@@ -158,7 +175,7 @@ export class Layers {
     return list;
   }
 
-  /** For each contact an arrow along its direction; length and colour show the depth. */
+  /** For each contact an arrow along its direction; its length shows the depth. What lies in front covers it. */
   private updateArrows(contacts: readonly number[], places: readonly number[]): void {
     const list = this.seen(contacts, places);
     const count = list.length;
@@ -179,32 +196,36 @@ export class Layers {
     const position = new three.Vector3();
     const turn = new three.Quaternion();
     const matrix = new three.Matrix4();
-    const rgb = new Float32Array(3);
-    const colour = new three.Color();
     list.forEach((c, i) => {
       const fraction = deepest > 0 ? contacts[7 * c + 6]! / deepest : 0;
       turn.setFromUnitVectors(up, direction.fromArray(contacts, 7 * c + 3));
       const size = this.diagonal * (0.01 + 0.03 * fraction);
       matrix.compose(position.fromArray(contacts, 7 * c), turn, new three.Vector3(size, size, size));
       arrows.setMatrixAt(i, matrix);
-      amountColour(fraction, rgb, 0);
-      arrows.setColorAt(i, colour.setRGB(rgb[0]!, rgb[1]!, rgb[2]!, three.SRGBColorSpace));
     });
     arrows.count = count;
     arrows.instanceMatrix.needsUpdate = true;
-    if (arrows.instanceColor) arrows.instanceColor.needsUpdate = true;
   }
 
   /** The picked point; null: none. */
   setMarker(place: three.Vector3 | null): void {
-    this.marker.object.visible = place !== null;
+    this.marker.object.visible = this.covered.visible = place !== null;
     if (place) this.marker.set(Float32Array.from(place.toArray()));
   }
 
   /** Lines from each point that is pulled to its target; ends[i] are (point, target). */
   setPulls(ends: Float32Array): void {
-    this.pull.set(ends);
+    this.pull.visible = this.ends.object.visible = ends.length > 0;
+    if (ends.length === 0) return;
+    const { geometry } = this.pull;
+    const old = geometry.getAttribute("instanceStart") as three.InterleavedBufferAttribute | undefined;
+    if (old?.data.array.length === ends.length) {
+      old.data.array.set(ends);
+      old.data.needsUpdate = true;
+    } else {
+      geometry.dispose();  // the buffer on the graphics card has the old length
+      geometry.setPositions(ends);
+    }
     this.ends.set(ends);
-    this.pull.object.visible = this.ends.object.visible = ends.length > 0;
   }
 }

@@ -90,6 +90,7 @@ class Page {
       viewDirection: () => this.view.camera.getWorldDirection(new three.Vector3()),
       reshade: () => this.reshade(),
       lookFrom: (position, target) => this.fit(position && target ? new three.Vector3(...position).sub(new three.Vector3(...target)) : this.view.corner()),
+      inFrame: (change) => this.inFrame(change),
       moveMotion: (motion, time) => this.send("drive_motion", { motion, time }),
     });
     this.picked = null;
@@ -105,9 +106,18 @@ class Page {
     if (this.bodies) this.view.fit(this.bodies.shownPositions(), from);
   }
 
+  /** Runs a change; if all that is shown was in the frame before, it is so after it. */
+  private inFrame(change: () => void): void {
+    const seen = () => this.bodies && this.view.sees(this.bodies.shownPositions());
+    const before = seen();
+    change();
+    if (before && !seen()) this.fit();
+  }
+
   private reshade(): void {
     this.shadows.stale = true;
     this.updateLayers();
+    this.showPick();
     this.view.redraw();
   }
 
@@ -146,6 +156,7 @@ class Page {
       showScaleBar(this.view, this.stage.units);
       if (this.frame) showTags(this.frame, this.stage, this.bodies, this.view);
     }
+    this.recorder.drawn();
     this.tellShown();
   }
 
@@ -195,7 +206,9 @@ class Page {
 
   private showPick(): void {
     if (!this.stage || !this.bodies) return;
-    this.layers?.setMarker(this.picked === null ? null : this.bodies.vertex(this.picked));
+    const place = this.picked === null ? null : this.bodies.vertex(this.picked);
+    const seen = place !== null && this.bodies.shows(this.bodies.bodyOf(this.picked!), place);
+    this.layers?.setMarker(seen ? place : null);
     this.panel?.showPick(pickedLines(this.picked, this.frame, this.stage, this.bodies));
   }
 
@@ -279,6 +292,7 @@ class Page {
   private toggleVideo(): void {
     const button = byId("video");
     try {
+      this.view.draw();
       if (this.recorder.running) this.recorder.stop();
       else this.recorder.start(this.stage?.name ?? "palpate");
       this.view.redraw();  // an unchanged canvas gives no picture

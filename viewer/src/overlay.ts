@@ -34,7 +34,7 @@ export class Triad {
     const canvas = this.context.canvas;
     const size = canvas.clientWidth;
     canvas.width = canvas.height = Math.round(size * devicePixelRatio);
-    this.context.setTransform(devicePixelRatio, 0, 0, devicePixelRatio, size / 2, size / 2);
+    this.context.setTransform(devicePixelRatio, 0, 0, devicePixelRatio, canvas.width / 2, canvas.height / 2);
     this.context.font = "600 12px system-ui, sans-serif";
     this.context.textAlign = "center";
     this.context.textBaseline = "middle";

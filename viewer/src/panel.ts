@@ -18,6 +18,8 @@ export interface PanelActions {
   look(): void;
   viewDirection(): three.Vector3;
   moveMotion(motion: number, time: number): void;
+  /** Runs a change; if all that is shown was in the frame before, it is so after it. */
+  inFrame(change: () => void): void;
   /** Fits the view to the frame, seen along the line between two places of the scene; without these, from a corner. */
   lookFrom(position?: Vector, target?: Vector): void;
 }
@@ -59,7 +61,8 @@ export class Panel {
     private readonly actions: PanelActions,
   ) {
     const live = stage.mode === "live";
-    this.cut = new CutControl(stage, bodies, () => actions.reshade(), () => actions.viewDirection().negate());
+    this.cut = new CutControl(stage, bodies, () => actions.reshade(), () => actions.viewDirection().negate(),
+      (change) => actions.inFrame(change));
     this.scale = new ScaleControl(stage, bodies, () => actions.look());
     place.replaceChildren(this.warnings, this.bodyList(), this.cut.element, this.colours(), this.point());
     if (live && stage.motions.length > 0) place.append(this.motions());
@@ -113,8 +116,10 @@ export class Panel {
       this.bodies.showEdges(on);
       this.actions.redraw();
     }, "show-edges");
-    return section("Colours", true, row("Colours show", colouring), this.scale.element,
-      this.layer("Contacts: direction and depth", "arrows"), edges);
+    const covered = make("small", { id: "arrows-hint", hidden: true }, "Arrows inside bodies are seen where these are cut or faded.");
+    const arrows = this.layer("Contacts: direction and depth", "arrows");
+    arrows.addEventListener("change", () => (covered.hidden = !this.shown.arrows));
+    return section("Colours", true, row("Colours show", colouring), this.scale.element, arrows, covered, edges);
   }
 
   /** Uses the scale and the bodies of that view of the scene, or of the first view with the same colours. */
@@ -154,10 +159,11 @@ export class Panel {
         alone.hidden = !path.hidden;
         run.disabled = !held;
         time.range(begin, Math.max(end, begin + 1e-9));
-        if (!held) time.set(Math.min(Math.max(driven.time, begin), end));
+        const waits = `from ${short(begin)} ${this.stage.units.time}`;
+        if (!held) time.set(Math.min(Math.max(driven.time, begin), end), driven.time < begin ? waits : undefined);
       });
     });
-    element.append(make("small", {}, "These bodies move along a path. Drag one to move it freely."));
+    element.append(make("small", {}, "These bodies move along a path; “from” says when. Drag one to move it freely."));
     return element;
   }
 
@@ -201,7 +207,7 @@ export class Panel {
     swatch.style.background = css(this.bodies.meshes[body]!.colour);
     box.checked = true;
     fade.value = "1";
-    return make("div", { class: "body" }, box, swatch, label, fade);
+    return make("div", { class: "body" }, box, swatch, label, this.cut.scissorsFor(body), fade);
   }
 
   private bodyList(): HTMLElement {

@@ -65,7 +65,8 @@ export function choose(choices: readonly (string | Choice)[], value: string, cha
 
 export interface Slider {
   element: HTMLElement;
-  set(value: number): void;
+  /** `text` says what is read in place of the value. */
+  set(value: number, text?: string): void;
   range(low: number, high: number): void;
 }
 
@@ -77,6 +78,8 @@ export function slider(options: {
   value: number;
   logarithmic?: boolean;
   show: (value: number) => string;
+  /** The value that is taken for one of the slider; without it, that one. */
+  snap?: (value: number) => number;
   change: (value: number) => void;
   label: string;
 }): Slider {
@@ -93,18 +96,19 @@ export function slider(options: {
     max: parts,
     "aria-label": options.label,
     oninput: () => {
-      const value = toValue(input.valueAsNumber / parts);
+      const wanted = toValue(input.valueAsNumber / parts);
+      const value = options.snap?.(wanted) ?? wanted;
       show(value);
       options.change(value);
     },
   });
-  const show = (value: number) => {
-    output.textContent = options.show(value);
-    input.setAttribute("aria-valuetext", options.show(value));
+  const show = (value: number, text = options.show(value)) => {
+    output.textContent = text;
+    input.setAttribute("aria-valuetext", text);
   };
-  const set = (value: number) => {
+  const set = (value: number, text?: string) => {
     if (document.activeElement !== input) input.value = String(Math.round(parts * toFraction(value)));
-    show(value);
+    show(value, text);
   };
   set(options.value);
   const range = (least: number, most: number) => {

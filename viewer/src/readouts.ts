@@ -1,7 +1,7 @@
 // Values beside the bodies: the force of the pull, the picked point, the scale of colours, time and rate.
 import * as three from "three";
 import type { BodySet } from "./bodies";
-import { amountGradient, short } from "./colours";
+import { amountGradient, css, neutral, short } from "./colours";
 import { byId, make } from "./parts";
 import type { Connection, Frame, Stage } from "./protocol";
 import type { SceneView } from "./scene_view";
@@ -88,10 +88,12 @@ export function showLegend(stage: Stage, bodies: BodySet): void {
   byId("legend-title").textContent = unit.name ? `${title} (${unit.name})` : title;
   const bar = byId<HTMLCanvasElement>("legend-bar");
   const context = bar.getContext("2d")!;
-  context.fillStyle = amountGradient(context, bar.width);
+  const { automatic, least, most } = bodies.scale;
+  const equal = !(least < most);
+  context.fillStyle = equal ? css(neutral) : amountGradient(context, bar.width);
   context.fillRect(0, 0, bar.width, bar.height);
-  const { least, most } = bodies.scale;
-  const ticks = [0, 0.5, 1].map((fraction) => short(unit.factor * (least + fraction * (most - least))));
+  const none = automatic ? "all 0" : "the scale has no ends";
+  const ticks = equal ? [none] : [0, 0.5, 1].map((fraction) => short(unit.factor * (least + fraction * (most - least))));
   const element = byId("legend-ticks");
   if (element.textContent !== ticks.join("")) element.replaceChildren(...ticks.map((tick) => make("span", {}, tick)));
 }

@@ -1,4 +1,5 @@
-// Pictures and videos of the view.
+// Pictures and videos of the view, with what lies over it.
+import { Composed } from "./composed";
 
 function save(blob: Blob, name: string): void {
   const link = document.createElement("a");
@@ -8,31 +9,45 @@ function save(blob: Blob, name: string): void {
   setTimeout(() => URL.revokeObjectURL(link.href), 10000);
 }
 
-/** Saves the content of the canvas; `draw` must have drawn in this turn of the event loop. */
-export function savePicture(canvas: HTMLCanvasElement, name: string): void {
-  canvas.toBlob((blob) => blob && save(blob, `${name}.png`), "image/png");
+/** Saves the view; it must have been drawn in this turn of the event loop. */
+export function savePicture(view: HTMLCanvasElement, name: string): void {
+  const picture = new Composed(view);
+  picture.fit();
+  picture.draw();
+  picture.canvas.toBlob((blob) => blob && save(blob, `${name}.png`), "image/png");
 }
 
-/** Records the canvas from start to stop. */
+/** Records the view from start to stop, at the size that it has at the start. */
 export class Recorder {
   private recorder?: MediaRecorder;
 
-  constructor(private readonly canvas: HTMLCanvasElement) {}
+  private readonly composed: Composed;
+
+  constructor(view: HTMLCanvasElement) {
+    this.composed = new Composed(view);
+  }
 
   get running(): boolean {
     return this.recorder !== undefined;
   }
 
-  /** Throws if the browser cannot record. */
+  /** The view must have been drawn in this turn of the event loop. Throws if the browser cannot record. */
   start(name: string): void {
     const type = ["video/webm;codecs=vp9", "video/webm;codecs=vp8", "video/webm"].find((t) => MediaRecorder.isTypeSupported(t));
     if (!type) throw new Error("this browser cannot record video");
-    const recorder = new MediaRecorder(this.canvas.captureStream(30), { mimeType: type, videoBitsPerSecond: 8e6 });
+    this.composed.fit();
+    this.composed.draw();
+    const recorder = new MediaRecorder(this.composed.canvas.captureStream(30), { mimeType: type, videoBitsPerSecond: 8e6 });
     const parts: Blob[] = [];
     recorder.ondataavailable = (event) => parts.push(event.data);
     recorder.onstop = () => save(new Blob(parts, { type: "video/webm" }), `${name}.webm`);
     recorder.start(200);
     this.recorder = recorder;
+  }
+
+  /** Call when the view was drawn. */
+  drawn(): void {
+    if (this.running) this.composed.draw();
   }
 
   stop(): void {

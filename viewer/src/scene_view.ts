@@ -170,6 +170,17 @@ export class SceneView {
     this.redraw();
   }
 
+  /** Whether all points (3 numbers each) are in the frame. */
+  sees(points: Float32Array): boolean {
+    this.camera.updateMatrixWorld();
+    const place = new three.Vector3();
+    for (let i = 0; i < points.length; i += 3) {
+      place.fromArray(points, i).project(this.camera);
+      if (!(Math.max(Math.abs(place.x), Math.abs(place.y), Math.abs(place.z)) <= 1)) return false;
+    }
+    return true;
+  }
+
   /** The length in pixels of a length at the place that the camera looks at. */
   pixelsPer(): number {
     const distance = this.camera.position.distanceTo(this.controls.target);
