@@ -33,6 +33,13 @@ std::vector<std::string> flag_names(const Outline& outline) {
   return names;
 }
 
+/// Endings of the names of scenes and meshes.
+std::vector<std::string> scene_and_mesh_extensions() {
+  std::vector<std::string> all{".json"};
+  for (const std::string_view extension : io::mesh_extensions()) all.emplace_back(extension);
+  return all;
+}
+
 // The script for bash.
 
 /// The bash call that completes a value; one with an empty list where there is nothing to offer.
@@ -46,6 +53,8 @@ std::string bash_offer(const OutlineOption& option) {
       return "_palpate_files f '*.json'";
     case ValueKind::mesh:
       return fmt::format("_palpate_files f '*{}'", fmt::join(io::mesh_extensions(), "' '*"));
+    case ValueKind::scene_or_mesh:  // folders are offered with every pattern
+      return fmt::format("_palpate_files f '*{}'", fmt::join(scene_and_mesh_extensions(), "' '*"));
     case ValueKind::folder:
       return "_palpate_files d";
     case ValueKind::none:
@@ -148,6 +157,8 @@ std::string zsh_action(const OutlineOption& option) {
       return "_files -g \"*.json\"";
     case ValueKind::mesh:
       return fmt::format("_files -g \"*({})\"", fmt::join(io::mesh_extensions(), "|"));
+    case ValueKind::scene_or_mesh:
+      return fmt::format("_files -g \"*({})\"", fmt::join(scene_and_mesh_extensions(), "|"));
     case ValueKind::folder:
       return "_files -/";
     case ValueKind::none:
@@ -228,6 +239,9 @@ std::string fish_value(const OutlineOption& option) {
     case ValueKind::mesh:  // (fish offers files of other suffixes, too, after those of the first)
       return fmt::format(" -x -a \"(__fish_complete_suffix {} | string match -r '.*(?:/|{})\\$')\"",
                          io::mesh_extensions().front(), fmt::join(io::mesh_extensions(), "|"));
+    case ValueKind::scene_or_mesh:
+      return fmt::format(" -x -a \"(__fish_complete_suffix .json | string match -r '.*(?:/|{})\\$')\"",
+                         fmt::join(scene_and_mesh_extensions(), "|"));
     case ValueKind::folder:
       return " -x -a '(__fish_complete_directories)'";
     case ValueKind::other:

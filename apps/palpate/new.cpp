@@ -26,7 +26,8 @@ constexpr const char* examples = R"(Examples:
   palpate new ball.msh --size 0.08 --out trial.json && palpate view trial.json
 
 Mesh files have no unit. Without --unit and --size the unit is guessed from the longest side; on a terminal you are asked
-to confirm it. The scene is in m, kg and s. docs/scene.md explains its keys.)";
+to confirm it. The scene is in m, kg and s. docs/scene.md explains its keys. Its young_modulus is 20 kPa, or more if the
+body would sag by over 1/200 of its height: replace it by that of the tissue.)";
 
 struct NewOptions {
   NewSceneFlags mesh;
@@ -71,6 +72,7 @@ int write_new(const NewOptions& options) {
   load_scene_input(written);  // reads it as 'run' will, so that errors and warnings appear now
   io::write_atomically(path, write_brief_scene(written));
   print_out(fmt::format("{}: {}\n", path.string(), description_of(made)));
+  print_note(stiffness_of(made));
   print_note(fmt::format("next: {} shows it and lets you pull at it, {} simulates it",
                          quoted_command("view", path.string()), quoted_command("run", path.string())));
   return exit_done;

@@ -29,6 +29,10 @@ double longest_side(const TetMesh& mesh) {
   return std::max({sides.x, sides.y, sides.z});
 }
 
+double longest(const Vec3& size) {
+  return std::max({size.x, size.y, size.z});
+}
+
 /// The path of the mesh as seen from `folder`: relative where possible, so that both can be moved together.
 std::string mesh_from(const fs::path& folder, const fs::path& mesh) {
   std::error_code failed;
@@ -65,13 +69,29 @@ std::string description_of(const NewScene& made) {
       made.unit.name.empty() ? "scaled by " + short_text(made.unit.meters) : "in " + made.unit.name;
   const char* const held = "its lowest tenth is held, and an instrument presses it";
   const char* const dropped = "it falls onto a floor, and then a plate presses it";
-  return fmt::format("{} {}: {}, {}; {}", made.request.mesh.string(), unit,
-                     length_text(std::max({size.x, size.y, size.z})), mass_text(made.first.mass),
-                     made.request.drop ? dropped : held);
+  return fmt::format("{} {}: {}, {}; {}", made.request.mesh.string(), unit, length_text(longest(size)),
+                     mass_text(made.first.mass), made.request.drop ? dropped : held);
+}
+
+std::string guess_of(const NewScene& made) {
+  if (!made.unit.name.empty()) return fmt::format("unit guessed: {} (choose with --unit)", made.unit.name);
+  return fmt::format("no unit fits a length of {}: scaled to {} (choose with --unit or --size)",
+                     short_text(made.longest_side), length_text(longest(made.first.size)));
+}
+
+std::string stiffness_of(const NewScene& made) {
+  const double modulus = made.first.scene.bodies.front().material->young_modulus;
+  const std::string why = modulus > softest_first_body
+                              ? "the softest that keeps the shape of this body under its weight"
+                              : "as of a soft organ";
+  constexpr double mega = 1e6;
+  const std::string value = modulus < mega ? fmt::format("{:.3g} kPa", 1e-3 * modulus)
+                                           : fmt::format("{} MPa", short_text(1e-6 * modulus));
+  return fmt::format("young_modulus is {}, {}; set it to that of the tissue", value, why);
 }
 
 std::string command_of(const NewScene& made) {
-  std::string text = "palpate new " + shell_word(made.request.mesh.string());
+  std::string text = "palpate new " + path_word(made.request.mesh.string());
   if (made.request.unit) text += " --unit " + made.request.unit->name;
   if (made.request.longest) text += " --size " + exact_text(*made.request.longest);
   if (made.request.drop) text += " --drop";

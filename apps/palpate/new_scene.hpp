@@ -31,6 +31,12 @@ NewScene new_scene_of(const NewSceneRequest& request);
 /// instrument presses it".
 std::string description_of(const NewScene& made);
 
+/// A line on the unit that was guessed: "unit guessed: mm (choose with --unit)".
+std::string guess_of(const NewScene& made);
+
+/// A line on the stiffness of the body: it is chosen by the shape, not by the tissue.
+std::string stiffness_of(const NewScene& made);
+
 /// The command that writes this scene, such as "palpate new liver.vtu --unit mm".
 std::string command_of(const NewScene& made);
 

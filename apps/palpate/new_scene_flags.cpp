@@ -81,9 +81,12 @@ void refuse_new_scene_flags(const NewSceneFlags& flags, const std::string& found
 NewScene new_scene_as_agreed(const NewSceneFlags& flags) {
   NewSceneRequest request = flags.request;
   NewScene made = new_scene_of(request);
-  const bool asks = !flags.yes && !request.unit && !request.longest && ::isatty(STDIN_FILENO) == 1 &&
-                    ::isatty(STDERR_FILENO) == 1;
-  if (!asks) return made;
+  if (request.unit || request.longest) return made;
+  const bool asks = !flags.yes && ::isatty(STDIN_FILENO) == 1 && ::isatty(STDERR_FILENO) == 1;
+  if (!asks) {
+    print_note(guess_of(made));
+    return made;
+  }
   const Vec3& size = made.first.size;
   const std::string guess =
       made.unit.name.empty() ? "no unit fits; scaled to" : fmt::format("in {}, this is", made.unit.name);

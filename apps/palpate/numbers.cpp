@@ -68,13 +68,17 @@ std::string shell_word(std::string_view text) {
   return in_quotes(text);
 }
 
+std::string path_word(std::string_view path) {
+  return shell_word(path.starts_with('-') ? fmt::format("./{}", path) : std::string(path));
+}
+
 std::string quoted_command(std::string_view command) {
   const char quote = command.find('\'') == std::string_view::npos ? '\'' : '"';
   return fmt::format("{0}{1}{0}", quote, command);
 }
 
 std::string quoted_command(std::string_view words, std::string_view file) {
-  return quoted_command(fmt::format("palpate {} {}", words, shell_word(file)));
+  return quoted_command(fmt::format("palpate {} {}", words, path_word(file)));
 }
 
 nlohmann::ordered_json to_json(const Vec3& v) {

@@ -35,6 +35,9 @@ std::string in_quotes(std::string_view text);
 /// those of plain paths.
 std::string shell_word(std::string_view text);
 
+/// A path as one word of a command, for a shell: "./-a.json" for "-a.json", which would be a flag.
+std::string path_word(std::string_view path);
+
 /// A command for the user to copy, in quotes that it does not contain: 'palpate view liver.json', or "palpate
 /// view 'my liver.json'".
 std::string quoted_command(std::string_view command);

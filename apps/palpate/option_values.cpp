@@ -57,8 +57,9 @@ std::size_t parse_choice(const std::string& flag, const std::string& text,
 }
 
 MeshUnit parse_mesh_unit(const std::string& flag, const std::string& text) {
-  constexpr std::array<std::string_view, 4> names{"m", "cm", "mm", "um"};
-  return mesh_unit(names[parse_choice(flag, text, names)]).value();
+  const std::optional<MeshUnit> unit = mesh_unit(text);
+  if (!unit) throw BadInput(flag, "", quoted(text), "one of 'm', 'cm', 'mm', 'um'");
+  return *unit;
 }
 
 CLI::Option* add_value(CLI::App& app, const std::string& flag, const std::string& type,

@@ -37,6 +37,9 @@ ValueKind kind_of(const std::string& value, const std::vector<std::string>& word
   const auto has = [&](std::string_view name) { return std::ranges::count(parts, name) > 0; };
   if (parts.size() == 1 && has("SCENE")) return ValueKind::scene;
   if (parts.size() == 1 && has("MESH")) return ValueKind::mesh;
+  const bool only_these = std::ranges::all_of(
+      parts, [](const std::string& part) { return part == "SCENE" || part == "MESH" || part == "DIR"; });
+  if (only_these && has("SCENE") && has("MESH")) return ValueKind::scene_or_mesh;
   if (has("FILE") || has("SCENE") || has("MESH") || has("INPUT")) return ValueKind::file;
   return has("DIR") || has("FOLDER") ? ValueKind::folder : ValueKind::other;
 }

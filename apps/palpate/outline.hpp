@@ -8,7 +8,7 @@
 namespace palpate::app {
 
 /// The kind of value of a flag or argument.
-enum class ValueKind { none, word, file, scene, mesh, folder, other };
+enum class ValueKind { none, word, file, scene, mesh, scene_or_mesh, folder, other };
 
 /// A flag, or an argument.
 struct OutlineOption {

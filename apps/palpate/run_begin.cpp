@@ -91,7 +91,7 @@ void check_replaceable(const Begin& begin) {
   if (begin.replace || !has_checkpoints(folder) || has_ended(folder)) return;
   throw BadInput(
       folder.string(), "", "checkpoints of a run that has not ended",
-      fmt::format("--resume {} to continue it, or --replace to start again", shell_word(folder.string())));
+      fmt::format("--resume {} to continue it, or --replace to start again", path_word(folder.string())));
 }
 
 bool has_same_columns(const Begin& begin) {

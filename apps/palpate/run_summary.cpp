@@ -198,7 +198,7 @@ std::string report_text(const RunReport& report) {
 }
 
 std::string resume_hint(const std::filesystem::path& folder) {
-  return "to resume: palpate run --resume " + shell_word(folder.string());
+  return "to resume: palpate run --resume " + path_word(folder.string());
 }
 
 int exit_code(const RunReport& report, bool strict) {

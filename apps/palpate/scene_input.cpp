@@ -52,13 +52,13 @@ bool begins_as_a_scene(const std::filesystem::path& path) {
 void refuse_other_kinds(const std::filesystem::path& path) {
   if (is_mesh(path)) {
     throw BadInput(path.string(), "", "a mesh file",
-                   "a scene file (.json); make one with: palpate new " + shell_word(path.string()));
+                   "a scene file (.json); make one with: palpate new " + path_word(path.string()));
   }
   const bool surface = is_surface(path);
   if (surface || is_label_map(path)) {
     throw BadInput(
         path.string(), "", surface ? "a surface" : "a label map",
-        "a scene file (.json); make one, with its meshes, with: palpate mesh " + shell_word(path.string()));
+        "a scene file (.json); make one, with its meshes, with: palpate mesh " + path_word(path.string()));
   }
 }
 

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -78,10 +79,24 @@ SceneInput scene_to_view(const ViewOptions& options) {
   return load_scene_input(made.first.scene);
 }
 
+/// Throws BadInput for a folder that no run has written to. Names a folder of a run in it, if there is one.
+void refuse_other_folders(const fs::path& folder) {
+  std::error_code ignored;
+  if (fs::exists(folder / "run.json", ignored)) return;
+  fs::path run;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {
+    if (fs::exists(entry.path() / "run.json", ignored) && (run.empty() || entry.path() < run))
+      run = entry.path();
+  }
+  const std::string example = run.empty() ? "" : fmt::format(", as {}", run.string());
+  throw BadInput(folder.string(), "", "a folder without run.json", "the folder of a run" + example);
+}
+
 std::unique_ptr<view::Source> open_source(const ViewOptions& options) {
   if (fs::is_directory(options.what.file)) {
     if (!options.what.changes.empty()) throw BadInput("--set", "", "the folder of a run", "a scene");
     refuse_new_scene_flags(options.mesh, "the folder of a run");
+    refuse_other_folders(options.what.file);
     return as_input([&] { return std::make_unique<view::ReplaySource>(options.what.file, options.threads); });
   }
   SceneInput input = scene_to_view(options);

@@ -22,7 +22,7 @@ void refuse_tet_mesh(const std::filesystem::path& input) {
   if (std::ranges::count(io::mesh_extensions(), std::string_view(extension)) == 0) return;
   throw BadInput(
       input.string(), "", "a mesh of tets, which needs no meshing",
-      "a label map or surfaces; make a scene of it with: palpate new " + shell_word(input.string()));
+      "a label map or surfaces; make a scene of it with: palpate new " + path_word(input.string()));
 }
 
 void check_conformity(const MeshOptions& options) {

@@ -113,10 +113,16 @@ def _parameters(signature: str) -> list[_Parameter]:
     return rows
 
 
+# Where values are that are taken for those of a material.
+_ELSEWHERE = {"friction": "it in the settings of contacts: contact={'friction': 0.3} of a Simulation or a scene"}
+
+
 def _wrong_argument(parameters: list[_Parameter], args: Sequence[Any], named: Mapping[str, Any]) -> tuple[str, str, str] | None:
     """Where, found and expected of the first argument that does not fit; None where each alone would."""
     keys = [key for key, _, _ in parameters]
     unknown = [key for key in named if key not in keys]
+    if unknown and unknown[0] in _ELSEWHERE:
+        return unknown[0], "an argument of this name", _ELSEWHERE[unknown[0]]
     if unknown:
         near = get_close_matches(unknown[0], keys, 1)
         expected = repr(near[0]) if near else f"one of {keys}" if keys else "no argument"
@@ -146,6 +152,8 @@ def _fits(value: Any, kind: str) -> bool:
     if kind == "int":
         return hasattr(value, "__index__") and -(2**31) <= value.__index__() < 2**31
     if kind == "float":
+        if type(value).__name__ in ("bool", "bool_"):  # also those of NumPy
+            return False
         return hasattr(value, "__float__") or hasattr(value, "__index__")
     if kind == "bool":
         return isinstance(value, bool)

@@ -64,9 +64,22 @@ def pickled_call(function: Callable[[Any], Any], job: Any) -> bytes:
         dumps = cloudpickle.dumps
     try:
         return dumps((function, job))
-    except (pickle.PicklingError, AttributeError, TypeError) as error:
-        raise Error("sweep", "apply, measure", f"a function that cannot be sent to other processes ({error})",
-                    "functions of a module, or the package cloudpickle: pip install 'palpate[study]'") from None
+    except Exception as error:  # whatever the methods of a value raise
+        expected = ("a function that uses no such value from outside of it" if dumps is not pickle.dumps else
+                    "functions of a module, or the package cloudpickle: pip install 'palpate[study]'")
+        raise Error("sweep", _not_picklable(dumps, job), f"a function that cannot be sent to other processes ({error})",
+                    expected) from None
+
+
+def _not_picklable(dumps: Callable[[Any], bytes], job: Any) -> str:
+    """The names of the fields of a job that cannot be pickled."""
+    names = []
+    for name in getattr(job, "_fields", ()):
+        try:
+            dumps(getattr(job, name))
+        except Exception:
+            names.append(name)
+    return ", ".join(names)
 
 
 @contextlib.contextmanager
@@ -189,7 +202,7 @@ class DaskRunner:
             else:
                 result.set_exception(error or RunLost("the cluster gave it up", True))
 
-        future = self._client.submit(function, job, pure=False)
+        future = self._client.submit(_call_pickled, pickled_call(function, job), pure=False)
         self._futures.append(future)
         future.add_done_callback(pass_on)
         return result

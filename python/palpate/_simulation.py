@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     import pyvista
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, eq=False)
 class Outcome:
     """A quantity that a scene declares under "outcomes": its value in this unit; for displacements, rotations and
     forces also all three components.
@@ -38,6 +38,17 @@ class Outcome:
     def __repr__(self) -> str:
         vector = None if self.vector is None else self.vector.tolist()
         return f"palpate.Outcome(kind={self.kind!r}, value={self.value!r}, unit={self.unit!r}, vector={vector!r})"
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Outcome):
+            return NotImplemented
+        same = (self.kind, self.value, self.unit) == (other.kind, other.value, other.unit)
+        if self.vector is None or other.vector is None:
+            return same and self.vector is other.vector
+        return same and np.array_equal(self.vector, other.vector)
+
+    def __hash__(self) -> int:
+        return hash((self.kind, self.value, self.unit))
 
 
 def _outcomes_of(rows: list[tuple[str, str, float, str, tuple[float, float, float] | None]]) -> dict[str, Outcome]:

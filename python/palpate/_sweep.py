@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import hashlib
+import inspect
 import itertools
 import json
 import os
+import pickle
 import re
 import sys
 import time
@@ -16,7 +18,7 @@ from concurrent.futures import FIRST_COMPLETED, Future, wait
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from . import _arrays, _core
-from ._error import Error, NotConverged, shown as shown_value
+from ._error import Error, NotConverged, WrongArgument, shown as shown_value
 from ._pool import Runner, RunLost, dask_runner, local_runner
 from ._progress import bar, needed
 from ._scene import scene_dict, scene_of
@@ -27,6 +29,10 @@ if TYPE_CHECKING:
     import pandas
 
 Row = dict[str, Any]
+
+COLUMNS = ("status", "error", "traceback", "seconds", "steps", "time", "at_rest", "contacts", "deepest", "steps_not_converged",
+           "inverted_tets", "most_inverted_tets", "kinetic_energy", "elastic_energy", "state_hash", "warnings")
+"""Names of columns that every sweep may have: parameters, outcomes and measures must have others."""
 
 
 class Job(NamedTuple):
@@ -116,11 +122,45 @@ def _run(job: Job) -> Row:
         "kinetic_energy": metrics.kinetic_energy,
         "elastic_energy": metrics.elastic_energy,
         "state_hash": simulation.state_hash,
-        **_outcome_columns(simulation),
     }
+    _add(row, _outcome_columns(simulation), "outcomes", [*COLUMNS, *job.values])
+    if simulation.stage is not None:
+        row["warnings"] = "; ".join(simulation.stage_warnings)
     if job.measure is not None:
-        row.update(_plain_row(job.measure(simulation)))
+        _add(row, _measured(job.measure, simulation), _place_of("measure", job.measure), [*COLUMNS, *job.values, *row])
     return row
+
+
+def _add(row: Row, columns: Row, source: str, names: Sequence[str]) -> None:
+    """Adds columns to a row; raises Error where one has one of the names that are in use."""
+    for name in columns:
+        if name in names:
+            raise Error("sweep", source, f"the name '{name}', which another column has", "another name")
+    row.update(columns)
+
+
+def _measured(measure: Callable[[Simulation], Any], simulation: Simulation) -> Row:
+    """What a measure returns, checked: a mapping whose values can be sent back from the process of the run."""
+    values = measure(simulation)
+    place = _place_of("measure", measure)
+    if not isinstance(values, Mapping) and not (hasattr(values, "items") and hasattr(values, "keys")):
+        raise Error("sweep", place, f"the result {shown_value(values)}", "a mapping of names to values")
+    row = _plain_row(values)
+    for name, value in row.items():
+        try:
+            pickle.loads(pickle.dumps(value))
+        except Exception:  # whatever the methods of the value raise
+            raise Error("sweep", place, f"{shown_value(value)} for '{name}', which cannot be sent to another process",
+                        "numbers, texts, truth values, or lists of them") from None
+    return row
+
+
+def _place_of(name: str, function: Callable[..., Any]) -> str:
+    """A function of the caller in an error: which argument it is, and where it is defined."""
+    code = getattr(function, "__code__", None)
+    if code is None:
+        return name
+    return f"{name} {getattr(function, '__name__', 'function')} (line {code.co_firstlineno} of {code.co_filename})"
 
 
 def _outcome_columns(simulation: Simulation) -> Row:
@@ -128,8 +168,6 @@ def _outcome_columns(simulation: Simulation) -> Row:
     row: Row = {name: outcome.value for name, outcome in simulation.outcomes().items()}
     for stage, outcomes in simulation.stage_outcomes.items():
         row.update({f"{stage}.{name}": outcome.value for name, outcome in outcomes.items()})
-    if simulation.stage is not None:
-        row["warnings"] = "; ".join(simulation.stage_warnings)
     return row
 
 
@@ -254,8 +292,13 @@ def sweep_rows(
     progress: bool = False,
 ) -> list[Row]:
     """Like sweep(), with a list of mappings instead of a DataFrame; needs no pandas."""
+    _check_function("apply", apply, 2, "a function of the scene and the values of a run")
+    _check_function("measure", measure, 1, "a function of the Simulation")
     base = scene_dict(scene_of(scene))
     samples = _samples(parameters)
+    for name in dict.fromkeys(name for values in samples for name in values):
+        if name in COLUMNS:
+            raise Error("sweep", f"parameters[{name!r}]", "the name of another column", "another name")
     steps = None if steps is None else _arrays.integer(steps, "steps")
     threads_or_default(threads)
     text = scene_text(base, "scene")
@@ -279,6 +322,22 @@ def sweep_rows(
             shown.update()
     _warn_of_failures([rows[key] for key in keys])
     return [{**values, **rows[key]} for key, values in zip(keys, samples)]
+
+
+def _check_function(name: str, function: Any, arguments: int, expected: str) -> None:
+    """Raises Error where an argument is neither None nor a function that can be called with so many arguments."""
+    if function is None:
+        return
+    if not callable(function):
+        raise WrongArgument("sweep", name, shown_value(function), f"{expected}, or None")
+    try:
+        signature = inspect.signature(function)
+    except (TypeError, ValueError):  # functions of C may have none
+        return
+    try:
+        signature.bind(*[None] * arguments)
+    except TypeError:
+        raise WrongArgument("sweep", _place_of(name, function), f"the arguments {signature}", expected) from None
 
 
 def _warn_of_failures(rows: Sequence[Row]) -> None:
@@ -319,7 +378,8 @@ def sweep(
     parameters: a mapping of lists (all combinations are run), or a run each: a list of mappings, or a DataFrame. Names
         are paths of scene keys, "bodies[1].material.young_modulus" or "bodies.liver.material.young_modulus".
     apply: a function (scene mapping, values) that changes the mapping instead; names are then free.
-    measure: a function of the Simulation at the end of a run that returns a mapping; its items become columns.
+    measure: a function of the Simulation at the end of a run that returns a mapping; its items become columns, whose
+        names must not be those of other columns. Its values: numbers, texts, truth values, arrays, or lists of them.
     steps, until_rest: as for Simulation.run().
     folder: keeps finished runs; a call with the same scene, values and functions reads them from there, so that an
     interrupted study continues. None keeps nothing.

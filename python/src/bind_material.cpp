@@ -20,10 +20,17 @@
 #include "call_text.hpp"
 #include "docs.hpp"
 #include "material_check.hpp"
+#include "pickling.hpp"
 #include "scene/suggest.hpp"
 
 namespace palpate::python {
 namespace {
+
+/// A number that is not True or False, which Python takes for 1 and 0.
+struct Number {
+  double value = 0.0;
+  operator double() const { return value; }  // NOLINT(google-explicit-constructor)
+};
 
 /// The name of a value of an enumeration, as a Literal type for type checkers; a test compares the names with
 /// the schema.
@@ -51,6 +58,22 @@ constexpr auto literal<Tissue> = nb::detail::const_name(
 }  // namespace palpate::python
 
 namespace nanobind::detail {
+template <>
+struct type_caster<palpate::python::Number> {
+  NB_TYPE_CASTER(palpate::python::Number, const_name("float"))
+  bool from_python(handle source, std::uint8_t flags, cleanup_list* cleanup) noexcept {
+    const bool truth = PyBool_Check(source.ptr()) ||
+                       std::string_view(Py_TYPE(source.ptr())->tp_name).starts_with("numpy.bool");
+    make_caster<double> number;
+    if (truth || !number.from_python(source, flags, cleanup)) return false;
+    value.value = number.value;
+    return true;
+  }
+  static handle from_cpp(const palpate::python::Number& number, rv_policy policy,
+                         cleanup_list* cleanup) noexcept {
+    return make_caster<double>::from_cpp(number.value, policy, cleanup);
+  }
+};
 template <class Kind>
 struct type_caster<palpate::python::NameOf<Kind>> {
   NB_TYPE_CASTER(palpate::python::NameOf<Kind>, palpate::python::literal<Kind>)
@@ -70,14 +93,15 @@ struct type_caster<palpate::python::NameOf<Kind>> {
 namespace palpate::python {
 namespace {
 
-/// A value of a material, with a setter that accepts the same values as a scene.
-template <class Value>
+/// A value of a material, with a setter that accepts the same values as a scene. `Given` is double or
+/// optional, with Number in place of double.
+template <class Given, class Value>
 void bind_value(nb::class_<Material>& material, const char* name, Value Material::*value, const char* doc) {
   material.def_prop_rw(
       name, [value](const Material& m) { return m.*value; },
-      [value](Material& m, Value given) {
+      [value](Material& m, Given given) {
         Material changed = m;
-        changed.*value = given;
+        changed.*value = Value(given);
         check_material(changed);
         m = changed;
       },
@@ -143,12 +167,45 @@ void bind_kind(nb::class_<Material>& material, const char* key, Kind Material::*
       doc);
 }
 
+MaterialState state_of(const Material& m) {
+  return {m.young_modulus,
+          m.poisson_ratio,
+          m.density,
+          m.mass_damping,
+          m.stiffness_damping,
+          m.plastic_yield,
+          m.plastic_creep,
+          m.plastic_maximum,
+          name_of(m.model).text,
+          m.mooney_fraction,
+          name_of(m.elements).text,
+          state_of(m.fibres),
+          {m.viscosity.fractions, m.viscosity.times}};
+}
+
+Material material_of(const MaterialState& s) {
+  return {.young_modulus = std::get<0>(s),
+          .poisson_ratio = std::get<1>(s),
+          .density = std::get<2>(s),
+          .mass_damping = std::get<3>(s),
+          .stiffness_damping = std::get<4>(s),
+          .plastic_yield = std::get<5>(s),
+          .plastic_creep = std::get<6>(s),
+          .plastic_maximum = std::get<7>(s),
+          .model = kind_of(ModelName{std::get<8>(s)}, "model"),
+          .mooney_fraction = std::get<9>(s),
+          .elements = kind_of(ElementName{std::get<10>(s)}, "elements"),
+          .fibres = fibres_of(std::get<11>(s)),
+          .viscosity = viscosity_of(std::get<12>(s))};
+}
+
 void bind_fibre_class(nb::module_& m) {
   const Fibres standard;
-  nb::class_<Fibres>(m, "Fibres", doc::Fibres)
+  nb::class_<Fibres> fibres(m, "Fibres", doc::Fibres);
+  fibres
       .def(
           "__init__",
-          [](Fibres* self, const Three& direction, double stiffness, double exponent, double active_stress,
+          [](Fibres* self, const Three& direction, Number stiffness, Number exponent, Number active_stress,
              const std::optional<Ramp>& activation) {
             Fibres made{vector_of_three(direction), stiffness, exponent, active_stress,
                         activation.value_or(Ramp{})};
@@ -169,16 +226,16 @@ void bind_fibre_class(nb::module_& m) {
             return f.activation.times.empty() ? std::nullopt : std::optional(f.activation);
           },
           doc::Fibres_activation)
-      .def("__repr__",
-           [](nb::handle self) {
-             return call_text(self, {"direction", "stiffness", "exponent", "active_stress", "activation"});
-           })
-      .def("__getstate__", &state_of)
-      .def("__setstate__", [](Fibres& f, const FibresState& s) { new (&f) Fibres(fibres_of(s)); });
+      .def("__repr__", [](nb::handle self) {
+        return call_text(self, {"direction", "stiffness", "exponent", "active_stress", "activation"});
+      });
+  pickle_and_compare(
+      fibres, [](const Fibres& f) { return state_of(f); }, fibres_of);
 }
 
 void bind_viscosity_class(nb::module_& m) {
-  nb::class_<Viscosity>(m, "Viscosity", doc::Viscosity)
+  nb::class_<Viscosity> viscosity(m, "Viscosity", doc::Viscosity);
+  viscosity
       .def(
           "__init__",
           [](Viscosity* self, std::vector<double> fractions, std::vector<double> times) {
@@ -189,30 +246,32 @@ void bind_viscosity_class(nb::module_& m) {
           nb::kw_only(), nb::arg("fractions"), nb::arg("times"))
       .def_ro("fractions", &Viscosity::fractions, doc::Viscosity_fractions)
       .def_ro("times", &Viscosity::times, doc::Viscosity_times)
-      .def("__repr__",
-           [](nb::handle self) {
-             return call_text(self, {"fractions", "times"});
-           })
-      .def("__getstate__",
-           [](const Viscosity& v) {
-             return ViscosityState{v.fractions, v.times};
-           })
-      .def("__setstate__",
-           [](Viscosity& v, const ViscosityState& s) { new (&v) Viscosity(viscosity_of(s)); });
+      .def("__repr__", [](nb::handle self) {
+        return call_text(self, {"fractions", "times"});
+      });
+  pickle_and_compare(
+      viscosity,
+      [](const Viscosity& v) {
+        return ViscosityState{v.fractions, v.times};
+      },
+      viscosity_of);
 }
 
 void bind_material_values(nb::class_<Material>& material) {
-  bind_value(material, "young_modulus", &Material::young_modulus, doc::Material_young_modulus);
-  bind_value(material, "poisson_ratio", &Material::poisson_ratio, doc::Material_poisson_ratio);
-  bind_value(material, "density", &Material::density, doc::Material_density);
-  bind_value(material, "mass_damping", &Material::mass_damping, doc::Material_mass_damping);
-  bind_value(material, "stiffness_damping", &Material::stiffness_damping, doc::Material_stiffness_damping);
-  bind_value(material, "plastic_yield", &Material::plastic_yield, doc::Material_plastic_yield);
-  bind_value(material, "plastic_creep", &Material::plastic_creep, doc::Material_plastic_creep);
-  bind_value(material, "plastic_maximum", &Material::plastic_maximum, doc::Material_plastic_maximum);
+  bind_value<Number>(material, "young_modulus", &Material::young_modulus, doc::Material_young_modulus);
+  bind_value<Number>(material, "poisson_ratio", &Material::poisson_ratio, doc::Material_poisson_ratio);
+  bind_value<Number>(material, "density", &Material::density, doc::Material_density);
+  bind_value<Number>(material, "mass_damping", &Material::mass_damping, doc::Material_mass_damping);
+  bind_value<Number>(material, "stiffness_damping", &Material::stiffness_damping,
+                     doc::Material_stiffness_damping);
+  bind_value<std::optional<Number>>(material, "plastic_yield", &Material::plastic_yield,
+                                    doc::Material_plastic_yield);
+  bind_value<Number>(material, "plastic_creep", &Material::plastic_creep, doc::Material_plastic_creep);
+  bind_value<std::optional<Number>>(material, "plastic_maximum", &Material::plastic_maximum,
+                                    doc::Material_plastic_maximum);
   bind_kind(material, "model", &Material::model, doc::Material_model);
   bind_kind(material, "elements", &Material::elements, doc::Material_elements);
-  bind_value(material, "mooney_fraction", &Material::mooney_fraction, doc::Material_mooney_fraction);
+  bind_value<Number>(material, "mooney_fraction", &Material::mooney_fraction, doc::Material_mooney_fraction);
   material
       .def_prop_rw(
           "fibres", [](const Material& m) { return m.fibres.any() ? std::optional(m.fibres) : std::nullopt; },
@@ -233,43 +292,13 @@ void bind_material_values(nb::class_<Material>& material) {
             m = std::move(changed);
           },
           nb::arg("viscosity").none(), doc::Material_viscosity)
-      .def("__repr__",
-           [](nb::handle self) {
-             return call_text(self, {"young_modulus", "poisson_ratio", "density", "mass_damping",
-                                     "stiffness_damping", "plastic_yield", "plastic_creep", "plastic_maximum",
-                                     "model", "mooney_fraction", "elements", "fibres", "viscosity"});
-           })
-      .def("__getstate__",
-           [](const Material& m) {
-             return MaterialState{m.young_modulus,
-                                  m.poisson_ratio,
-                                  m.density,
-                                  m.mass_damping,
-                                  m.stiffness_damping,
-                                  m.plastic_yield,
-                                  m.plastic_creep,
-                                  m.plastic_maximum,
-                                  name_of(m.model).text,
-                                  m.mooney_fraction,
-                                  name_of(m.elements).text,
-                                  state_of(m.fibres),
-                                  {m.viscosity.fractions, m.viscosity.times}};
-           })
-      .def("__setstate__", [](Material& m, const MaterialState& s) {
-        new (&m) Material{.young_modulus = std::get<0>(s),
-                          .poisson_ratio = std::get<1>(s),
-                          .density = std::get<2>(s),
-                          .mass_damping = std::get<3>(s),
-                          .stiffness_damping = std::get<4>(s),
-                          .plastic_yield = std::get<5>(s),
-                          .plastic_creep = std::get<6>(s),
-                          .plastic_maximum = std::get<7>(s),
-                          .model = kind_of(ModelName{std::get<8>(s)}, "model"),
-                          .mooney_fraction = std::get<9>(s),
-                          .elements = kind_of(ElementName{std::get<10>(s)}, "elements"),
-                          .fibres = fibres_of(std::get<11>(s)),
-                          .viscosity = viscosity_of(std::get<12>(s))};
+      .def("__repr__", [](nb::handle self) {
+        return call_text(self, {"young_modulus", "poisson_ratio", "density", "mass_damping",
+                                "stiffness_damping", "plastic_yield", "plastic_creep", "plastic_maximum",
+                                "model", "mooney_fraction", "elements", "fibres", "viscosity"});
       });
+  pickle_and_compare(
+      material, [](const Material& m) { return state_of(m); }, material_of);
 }
 
 }  // namespace
@@ -285,9 +314,9 @@ void bind_material(nb::module_& m) {
       nb::arg("name"), doc::tissue_material);
   material.def(
       "__init__",
-      [](Material* self, double young_modulus, double poisson_ratio, double density, double mass_damping,
-         double stiffness_damping, std::optional<double> plastic_yield, double plastic_creep,
-         std::optional<double> plastic_maximum, const ModelName& model, double mooney_fraction,
+      [](Material* self, Number young_modulus, Number poisson_ratio, Number density, Number mass_damping,
+         Number stiffness_damping, std::optional<Number> plastic_yield, Number plastic_creep,
+         std::optional<Number> plastic_maximum, const ModelName& model, Number mooney_fraction,
          const ElementName& elements, std::optional<Fibres> fibres, std::optional<Viscosity> viscosity) {
         const Material made{young_modulus,
                             poisson_ratio,

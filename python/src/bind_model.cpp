@@ -28,12 +28,35 @@ Interpolation interpolation_of(const std::string& name) {
   throw Error("Motion", "interpolation", "'" + name + "'", expected_name(name, interpolation_names));
 }
 
+using RampState = std::tuple<std::vector<double>, std::vector<double>>;
 using KeyframeState = std::tuple<double, Three, std::array<double, 4>>;
-using MotionState = std::tuple<Three, std::vector<Keyframe>, std::string>;
+using MotionState = std::tuple<Three, std::vector<KeyframeState>, std::string>;
+
+KeyframeState state_of(const Keyframe& k) {
+  return {k.time, three_of(k.translate), k.quaternion};
+}
+
+Keyframe keyframe_of(const KeyframeState& s) {
+  return {std::get<0>(s), vector_of_three(std::get<1>(s)), std::get<2>(s)};
+}
+
+MotionState state_of(const Motion& o) {
+  std::vector<KeyframeState> keyframes;
+  keyframes.reserve(o.keyframes.size());
+  for (const Keyframe& keyframe : o.keyframes) keyframes.push_back(state_of(keyframe));
+  return {three_of(o.center), std::move(keyframes),
+          std::string(interpolation_names[static_cast<std::size_t>(o.interpolation)])};
+}
+
+Motion motion_of(const MotionState& s) {
+  std::vector<Keyframe> keyframes;
+  keyframes.reserve(std::get<1>(s).size());
+  for (const KeyframeState& keyframe : std::get<1>(s)) keyframes.push_back(keyframe_of(keyframe));
+  return {vector_of_three(std::get<0>(s)), std::move(keyframes), interpolation_of(std::get<2>(s))};
+}
 
 void bind_motion(nb::module_& m) {
   nb::class_<Ramp> ramp(m, "Ramp", doc::Ramp);
-  refuse_pickling(ramp, "keep its times and factors");
   ramp.def("__repr__",
            [](const Ramp& r) { return "<palpate.Ramp: " + std::to_string(r.times.size()) + " times>"; });
   ramp.def(
@@ -44,7 +67,16 @@ void bind_motion(nb::module_& m) {
           nb::arg("times"), nb::arg("factors"))
       .def_rw("times", &Ramp::times, doc::Ramp_times)
       .def_rw("factors", &Ramp::factors, doc::Ramp_factors);
-  nb::class_<Keyframe>(m, "Keyframe", doc::Keyframe)
+  pickle_and_compare(
+      ramp,
+      [](const Ramp& r) {
+        return RampState{r.times, r.factors};
+      },
+      [](const RampState& s) {
+        return Ramp{std::get<0>(s), std::get<1>(s)};
+      });
+  nb::class_<Keyframe> keyframe(m, "Keyframe", doc::Keyframe);
+  keyframe
       .def(
           "__init__",
           [](Keyframe* self, double time, const Three& translate, const std::array<double, 4>& quaternion) {
@@ -57,18 +89,13 @@ void bind_motion(nb::module_& m) {
           "translate", [](const Keyframe& k) { return three_of(k.translate); },
           [](Keyframe& k, const Three& v) { k.translate = vector_of_three(v); }, doc::Keyframe_translate)
       .def_rw("quaternion", &Keyframe::quaternion, doc::Keyframe_quaternion)
-      .def("__repr__",
-           [](nb::handle self) {
-             return call_text(self, {"time", "translate", "quaternion"});
-           })
-      .def("__getstate__",
-           [](const Keyframe& k) {
-             return KeyframeState{k.time, three_of(k.translate), k.quaternion};
-           })
-      .def("__setstate__", [](Keyframe& k, const KeyframeState& s) {
-        new (&k) Keyframe{std::get<0>(s), vector_of_three(std::get<1>(s)), std::get<2>(s)};
+      .def("__repr__", [](nb::handle self) {
+        return call_text(self, {"time", "translate", "quaternion"});
       });
-  nb::class_<Motion>(m, "Motion", doc::Motion)
+  pickle_and_compare(
+      keyframe, [](const Keyframe& k) { return state_of(k); }, keyframe_of);
+  nb::class_<Motion> motion(m, "Motion", doc::Motion);
+  motion
       .def(
           "__init__",
           [](Motion* self, std::vector<Keyframe> keyframes, const Three& center,
@@ -91,18 +118,11 @@ void bind_motion(nb::module_& m) {
           },
           [](Motion& o, const std::string& name) { o.interpolation = interpolation_of(name); },
           doc::Motion_interpolation)
-      .def("__repr__",
-           [](nb::handle self) {
-             return call_text(self, {"keyframes", "center", "interpolation"});
-           })
-      .def("__getstate__",
-           [](const Motion& o) {
-             return MotionState{three_of(o.center), o.keyframes,
-                                std::string(interpolation_names[static_cast<std::size_t>(o.interpolation)])};
-           })
-      .def("__setstate__", [](Motion& o, const MotionState& s) {
-        new (&o) Motion{vector_of_three(std::get<0>(s)), std::get<1>(s), interpolation_of(std::get<2>(s))};
+      .def("__repr__", [](nb::handle self) {
+        return call_text(self, {"keyframes", "center", "interpolation"});
       });
+  pickle_and_compare(
+      motion, [](const Motion& o) { return state_of(o); }, motion_of);
 }
 
 }  // namespace

@@ -30,15 +30,34 @@ constexpr std::array<LikelyUnit, 4> likely_units{
     {{"m", 1.0, 0.02, 0.6}, {"mm", 1e-3, 20.0, 2500.0}, {"cm", 1e-2, 2.0, 20.0}, {"um", 1e-6, 2500.0, 1e6}}};
 constexpr double length_without_unit = 0.1;  // m
 
-/// Rounds to three digits, so that the scene is easy to read.
-double rounded(double value) {
-  const std::string text = fmt::format("{:.3g}", value);
-  double result = value;
+/// The number of a text that fmt wrote; 0 for "-0".
+double number_of(const std::string& text) {
+  double result = 0.0;
   std::from_chars(text.data(), text.data() + text.size(), result);
-  return result;
+  return result == 0.0 ? 0.0 : result;
+}
+
+/// Rounds to significant digits, so that the scene is easy to read.
+double rounded(double value, int digits = 3) {
+  return number_of(fmt::format("{:.{}g}", value, digits));
 }
 Vec3 rounded(const Vec3& v) {
   return {rounded(v.x), rounded(v.y), rounded(v.z)};
+}
+
+/// Rounds a position to decimal places of at most 1e-5 times `size`: rounding errors near zero become zero.
+double rounded_position(double value, double size) {
+  constexpr int most_places = 300;
+  int places = 5;
+  for (double scaled = size; scaled < 1.0 && places < most_places; scaled *= 10.0) ++places;
+  return number_of(fmt::format("{:.{}f}", value, places));
+}
+Vec3 rounded_position(const Vec3& v, double size) {
+  return {rounded_position(v.x, size), rounded_position(v.y, size), rounded_position(v.z, size)};
+}
+
+double longest_side(const Vec3& size) {
+  return std::max({size.x, size.y, size.z});
 }
 
 constexpr double density = 1000.0;
@@ -72,8 +91,9 @@ Placed place(const TetMesh& mesh, double meters) {
   const MeshStatistics statistics = mesh_statistics(placed.bodies, placed.bodies.points_rest());
   const Vec3 lower = meters * statistics.lower;
   const Vec3 upper = meters * statistics.upper;
-  placed.translate = {0.0 - 0.5 * (lower.x + upper.x), 0.0 - 0.5 * (lower.y + upper.y), 0.0 - lower.z};
   placed.size = upper - lower;
+  placed.translate = rounded_position(Vec3{-0.5 * (lower.x + upper.x), -0.5 * (lower.y + upper.y), -lower.z},
+                                      longest_side(placed.size));
   placed.volume = meters * meters * meters * statistics.volume;
   std::vector<Vec3> points;
   for (const Vec3& point : placed.bodies.points_rest()) points.push_back(meters * point + placed.translate);
@@ -84,15 +104,14 @@ Placed place(const TetMesh& mesh, double meters) {
 /// A material so stiff that the body hardly sags: by 1/200 of its height on average, while its lowest tenth
 /// is held.
 Material material_for(const Placed& placed, const HeldParts& parts) {
-  constexpr double softest = 20e3;
   constexpr double most_sag = 1.0 / 200.0;
-  Material material{.young_modulus = softest,
+  Material material{.young_modulus = softest_first_body,
                     .poisson_ratio = 0.4,
                     .density = density,
                     .mass_damping = 1.0,
                     .stiffness_damping = 0.01};
   const double sag = sag_under_own_weight(placed.bodies, material, parts.points) / placed.size.z;
-  material.young_modulus = rounded(softest * std::max(1.0, sag / most_sag));
+  material.young_modulus = rounded(softest_first_body * std::max(1.0, sag / most_sag));
   return material;
 }
 
@@ -105,20 +124,26 @@ SceneBody soft_body(const FirstSceneNames& names, const Placed& placed, const Fi
   const HeldParts parts = held_parts(placed.bodies);
   body.material = material_for(placed, parts);
   if (options.drop) {
-    body.transform.translate.z += 2.0 * clearance * placed.size.z;
+    double& height = body.transform.translate.z;
+    height = rounded_position(height + 2.0 * clearance * placed.size.z, longest_side(placed.size));
   } else {
     const BoxSelection& lowest = parts.boxes.front();
     body.fixed.push_back({BoxSelection{rounded(lowest.lower), rounded(lowest.upper)}});
-    // Further pieces may be small and far away, so write all digits.
-    for (std::size_t i = 1; i < parts.boxes.size(); ++i) body.fixed.push_back({parts.boxes[i]});
+    // Further pieces may be small and far away: their own size, not their place, says how many digits they
+    // need.
+    for (std::size_t i = 1; i < parts.boxes.size(); ++i) {
+      const auto& [lower, upper] = parts.boxes[i];
+      const Vec3 size = upper - lower;
+      const double least = std::min({size.x, size.y, size.z});
+      body.fixed.push_back({BoxSelection{rounded_position(lower, least), rounded_position(upper, least)}});
+    }
   }
   return body;
 }
 
 /// Side length of a square on which the body lies, even if it topples over.
 double side_of_floor(const Placed& placed) {
-  const double side = std::max(placed.size.x, placed.size.y);
-  return 2.0 * std::max(side, placed.size.z);
+  return 2.0 * longest_side(placed.size);
 }
 
 SceneBody floor_of(const std::string& name, const Placed& placed, const FirstSceneOptions& options) {
@@ -145,7 +170,8 @@ SceneBody ball_for(const std::string& name, const Placed& placed) {
   SceneBody ball;
   ball.name = name;
   ball.source = BallGenerator{radius, resolution};
-  ball.transform.translate = rounded(place_of_touch(placed.bodies, radius) + Vec3{0.0, 0.0, above});
+  const Vec3 start = place_of_touch(placed.bodies, radius) + Vec3{0.0, 0.0, above};
+  ball.transform.translate = rounded(rounded_position(start, longest_side(size)));
   const Vec3 down{0.0, 0.0, rounded(-(above + std::min(press * size.z, 0.6 * radius)))};
   SceneMotion motion;
   motion.interpolation = Interpolation::smooth;
@@ -219,7 +245,10 @@ MeshUnit guess_unit(double longest_side) {
 }
 
 FirstScene make_first_scene(const std::string& name, const std::string& file, const TetMesh& mesh,
-                            const FirstSceneOptions& options) {
+                            const FirstSceneOptions& wanted) {
+  FirstSceneOptions options = wanted;
+  constexpr int digits_of_scale = 6;
+  options.meters = rounded(wanted.meters, digits_of_scale);
   if (!std::isfinite(options.meters) || options.meters <= 0.0)
     throw Error("make_first_scene", "meters", fmt::format("{}", options.meters), "a number > 0");
   const Placed placed = place(mesh, options.meters);

@@ -30,6 +30,9 @@ struct FirstSceneOptions {
   bool drop = false;    ///< true: the body falls onto the floor; false: its lowest tenth is fixed
 };
 
+/// Young's modulus of the body of a first scene that hardly sags, Pa; others are stiffer.
+constexpr double softest_first_body = 20e3;
+
 /// A first scene in SI units, with size and mass of its body.
 struct FirstScene {
   Scene scene;
@@ -43,7 +46,7 @@ struct FirstScene {
 /// falls onto a floor; when it is at rest, a plate comes down until it presses by twice the weight of the
 /// body (in stages, since it is not known beforehand how the body will lie). The stiffness is chosen so that
 /// the body keeps its shape: at least 20 kPa, and more if it would sag by more than 1/200 of its height on
-/// average.
+/// average. Numbers are rounded to what a person would write: positions to at most 1e-5 of the longest side.
 ///
 /// \param name  of the scene and the body
 /// \param file  path of the mesh file in the scene

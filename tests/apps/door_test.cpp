@@ -57,6 +57,9 @@ TEST_F(Door, NewMakesASceneOfAMeshThatRunsAtOnce) {
   EXPECT_EQ(made.exit_code, 0) << made.err;
   EXPECT_TRUE(made.out.starts_with("liver.json: liver.vtu in mm: 0.21 m, 1.3 kg; ")) << made.out;
   EXPECT_EQ(made.err,
+            "palpate: unit guessed: mm (choose with --unit)\n"
+            "palpate: young_modulus is 32 kPa, the softest that keeps the shape of this body under its "
+            "weight; set it to that of the tissue\n"
             "palpate: next: 'palpate view liver.json' shows it and lets you pull at it, "
             "'palpate run liver.json' simulates it\n");
   const Json report = json_of({"run", "liver.json", "--json", "--no-picture"});
@@ -130,6 +133,96 @@ TEST_F(Door, NewWritesWhatIsWorthChanging) {
   EXPECT_FALSE(material.contains("mooney_fraction"));
 }
 
+/// The number of significant digits of a number as it is written, such as 3 of "0.00120".
+std::size_t significant_digits(const std::string& number) {
+  std::string digits = number.substr(0, number.find('e'));
+  std::erase_if(digits, [](char c) { return c < '0' || c > '9'; });
+  const std::size_t first = digits.find_first_not_of('0');
+  return first == std::string::npos ? 0 : digits.find_last_not_of('0') + 1 - first;
+}
+
+/// Appends the numbers of a JSON value as they are written.
+void collect_numbers(const Json& value, std::vector<std::string>& texts) {
+  if (value.is_number()) texts.push_back(value.dump());
+  if (value.is_structured()) {
+    for (const Json& item : value) collect_numbers(item, texts);
+  }
+}
+
+TEST_F(Door, NewWritesNumbersThatAPersonWouldWrite) {
+  // Boxes are symmetric about the origin: without rounding their centres are some 1e-18.
+  output_of({"generate", "box", "--cells", "7", "4", "3", "--size", "0.2100001", "0.0870013", "0.0575194",
+             "--out", "box.vtu"});
+  for (const std::vector<std::string>& flags :
+       std::vector<std::vector<std::string>>{{}, {"--drop"}, {"--size", "0.173"}, {"--unit", "cm"}}) {
+    for (const char* mesh : {"box.vtu", PALPATE_SOURCE_DIR "/examples/push/liver.vtu",
+                             PALPATE_SOURCE_DIR "/scenes/meshes/eye/skin.vtu"}) {
+      std::vector<std::string> call{"new", mesh, "--out", "trial.json", "--replace"};
+      call.insert(call.end(), flags.begin(), flags.end());
+      output_of(call);
+      std::vector<std::string> numbers;
+      collect_numbers(Json::parse(read("trial.json")), numbers);
+      ASSERT_GT(numbers.size(), 20U);
+      for (const std::string& number : numbers) {
+        EXPECT_LE(significant_digits(number), 7U) << number << " of " << mesh;
+        const double size = std::abs(std::stod(number));
+        EXPECT_TRUE(size == 0.0 || size > 1e-7) << number << " of " << mesh;
+      }
+    }
+  }
+}
+
+TEST_F(Door, NewSaysWhatItGuessedAndWhatItChose) {
+  make_liver();
+  output_of({"generate", "ball", "--radius", "0.5", "--resolution", "2"});
+  output_of({"generate", "box", "--cells", "1", "1", "9", "--size", "10", "10", "300", "--out", "strap.vtu"});
+  const auto said = [&](std::vector<std::string> words) {
+    words.insert(words.begin(), "new");
+    words.insert(words.end(), {"--out", "trial.json", "--replace"});
+    return palpate(words).err;
+  };
+  const auto has = [](const std::string& text, const std::string& part) {
+    return text.find(part) != std::string::npos;
+  };
+  EXPECT_TRUE(has(said({"ball.vtu"}),
+                  "palpate: no unit fits a length of 1: scaled to 0.1 m (choose with --unit or --size)\n"));
+  EXPECT_TRUE(has(said({"liver.vtu", "--yes"}), "unit guessed: mm"));
+  for (const std::vector<std::string>& told :
+       std::vector<std::vector<std::string>>{{"--unit", "mm"}, {"--size", "0.2"}})
+    EXPECT_FALSE(has(said({"liver.vtu", told[0], told[1]}), "guessed")) << told[0];
+  const std::string stiff = said({"strap.vtu", "--unit", "mm", "--drop"});
+  const double modulus = Json::parse(read("trial.json"))["bodies"][0]["material"]["young_modulus"];
+  ASSERT_GT(modulus, 20e3) << "this body is slender";
+  const std::size_t at = stiff.find("young_modulus is ");
+  ASSERT_NE(at, std::string::npos) << stiff;
+  EXPECT_NEAR(std::stod(stiff.substr(at + 17)), 1e-3 * modulus, 1e-5 * modulus);
+  EXPECT_TRUE(has(said({"ball.vtu", "--size", "0.02"}),
+                  "young_modulus is 20 kPa, as of a soft organ; set it to that of the tissue\n"));
+  EXPECT_TRUE(has(stiff, " kPa, the softest that keeps the shape of this body under its weight; set it"))
+      << stiff;
+  EXPECT_TRUE(has(said({PALPATE_SOURCE_DIR "/scenes/meshes/eye/skin.vtu", "--unit", "cm"}),
+                  "young_modulus is 1.42 MPa, the softest"));
+}
+
+TEST_F(Door, HintsOfFilesThatBeginWithADashAreNoFlags) {
+  make_liver();
+  std::filesystem::rename(folder_ / "liver.vtu", folder_ / "-dash.vtu");
+  EXPECT_NE(palpate({"new", "./-dash.vtu"})
+                .err.find("'palpate view ./-dash.json' shows it and lets you pull at it, "
+                          "'palpate run ./-dash.json' simulates it\n"),
+            std::string::npos);
+  EXPECT_NE(shell("palpate info ./-dash.json").find("scene '-dash'"), std::string::npos);
+}
+
+TEST_F(Door, ViewOfAFolderThatIsNoRunSaysSo) {
+  std::filesystem::create_directories(folder_ / "results" / "fall");
+  expect_error(2, {"view", "results"},
+               {"results: found a folder without run.json, expected the folder of a run"});
+  write("results/fall/run.json", "{}");
+  expect_error(2, {"view", "results"},
+               {"results: found a folder without run.json, expected the folder of a run, as results/fall"});
+}
+
 TEST_F(Door, NewNamesTheMeshFromWhereTheSceneIs) {
   make_liver();
   std::filesystem::create_directory(folder_ / "scenes");
@@ -146,7 +239,9 @@ TEST_F(Door, AMeshWithoutAUnitBecomesAsLargeAsAHand) {
 TEST_F(Door, HintsCanBeCopiedWhateverTheFileIsNamed) {
   make_liver();
   std::filesystem::rename(folder_ / "liver.vtu", folder_ / "my liver.vtu");
-  EXPECT_EQ(palpate({"new", "my liver.vtu"}).err,
+  EXPECT_EQ(palpate({"new", "my liver.vtu", "--unit", "mm"}).err,
+            "palpate: young_modulus is 32 kPa, the softest that keeps the shape of this body under its "
+            "weight; set it to that of the tissue\n"
             "palpate: next: \"palpate view 'my liver.json'\" shows it and lets you pull at it, "
             "\"palpate run 'my liver.json'\" simulates it\n");
   EXPECT_NE(palpate({"info", "my liver.vtu"}).err.find("\"palpate new 'my liver.vtu'\" makes a scene of it"),
@@ -182,7 +277,8 @@ TEST_F(Door, NewRefusesInOneLineAndSaysWhatToDo) {
   expect_error(2, {"new", "none.vtu"}, {"none.vtu: found no such file"});
   expect_error(2, {"new", "liver.vtu", "--out", "no/x.json"}, {"--out: found no folder 'no'"});
   expect_error(2, {"new", "liver.vtu", "--out", "x.txt"}, {"'x.txt'", ".json"});
-  expect_error(2, {"new", "liver.vtu", "--unit", "km"}, {"--unit", "'km'", "'m'"});
+  expect_error(2, {"new", "liver.vtu", "--unit", "km"},
+               {"--unit: found 'km', expected one of 'm', 'cm', 'mm', 'um'"});
   expect_error(2, {"new", "liver.vtu", "--unit", "mm", "--size", "1"}, {"--size", "--unit"});
   output_of({"new", "liver.vtu", "--replace"});
   EXPECT_EQ(Json::parse(read("liver.json"))["name"], "liver");
@@ -267,6 +363,9 @@ TEST_F(Door, SetTakesThePlaceOfValuesOfTheScene) {
   refuse("duration.x=1", {"found 0.1, expected an object that has 'x'"});
   refuse("friction", {"--set: found 'friction', expected KEY=VALUE"});
   refuse("=1", {"--set: found '=1'"});
+  refuse(
+      "name=",
+      {"--set name=: found an empty value, expected KEY=VALUE, as contact.friction=0.3; an empty text is "});
 }
 
 TEST_F(Door, ASceneMayComeFromStandardInput) {

@@ -66,7 +66,7 @@ class Bash(unittest.TestCase):
 
     def test_files(self):
         with tempfile.TemporaryDirectory() as folder:
-            for name in ["scene.json", "liver.vtu"]:
+            for name in ["scene.json", "liver.vtu", "notes.txt"]:
                 (pathlib.Path(folder) / name).touch()
             (pathlib.Path(folder) / "results").mkdir()
             self.assertEqual(self.offers("run", "", folder=folder), {"scene.json", "results"})
@@ -83,6 +83,9 @@ class Fish(unittest.TestCase):
         with tempfile.TemporaryDirectory() as home:
             (pathlib.Path(home) / "palpate.fish").write_text(palpate("completion", "fish"))
             # fish completes what it can find.
+            for name in ["scene.json", "liver.vtu", "notes.txt"]:
+                (pathlib.Path(home) / name).touch()
+            (pathlib.Path(home) / "results").mkdir()
             environment = dict(os.environ, HOME=home, PATH=f"{COMMAND.parent}:{os.environ['PATH']}")
             done = subprocess.run(["fish", "-c", f"source {home}/palpate.fish; complete -C '{line}'"], capture_output=True,
                                   text=True, env=environment, cwd=home, timeout=60)
@@ -96,6 +99,7 @@ class Fish(unittest.TestCase):
                 self.assertEqual(self.offers(f"palpate {' '.join(words)} --"), flags_in_help(*words))
         self.assertEqual(self.offers("palpate run --structure c"), {"compact", "cuckoo"})
         self.assertEqual(self.offers("palpate completion "), {"bash", "zsh", "fish"})
+        self.assertEqual(self.offers("palpate view "), {"scene.json", "liver.vtu", "results/"})
 
 
 class Zsh(unittest.TestCase):
@@ -122,10 +126,13 @@ comp "$1" "$2"
 
     def offers(self, line):
         with tempfile.TemporaryDirectory() as folder:
+            for name in ["scene.json", "liver.vtu", "notes.txt"]:
+                (pathlib.Path(folder) / name).touch()
+            (pathlib.Path(folder) / "results").mkdir()
             (pathlib.Path(folder) / "_palpate").write_text(palpate("completion", "zsh"))
             environment = dict(os.environ, PATH=f"{COMMAND.parent}:{os.environ['PATH']}", TERM="dumb", COLUMNS="200")
             done = subprocess.run(["timeout", "30", "zsh", "-f", "-c", self.DRIVER, "zsh", line, folder],
-                                  capture_output=True, text=True, env=environment, timeout=60)
+                                  capture_output=True, text=True, env=environment, cwd=folder, timeout=60)
         return done.stdout
 
     def test_its_syntax_and_what_it_lists(self):
@@ -140,6 +147,9 @@ comp "$1" "$2"
         listed = self.offers("palpate run --")
         for flag in flags_in_help("run"):
             self.assertIn(f"{flag} ", listed)
+        listed = self.offers("palpate view ")
+        for name, offered in [("scene.json", True), ("liver.vtu", True), ("results", True), ("notes.txt", False)]:
+            self.assertEqual(name in listed, offered, name)
 
 
 class Manual(unittest.TestCase):

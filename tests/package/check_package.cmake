@@ -95,12 +95,56 @@ if(NOT output MATCHES "4 points, 1 tets, volume 0\\.167\n")
   message(FATAL_ERROR "mesh_file printed: ${output}")
 endif()
 
+# The same by pkg-config, whose file names what the static library needs.
+if(pkg_config AND NOT SANITIZE)
+  run(sh -c "export PKG_CONFIG_PATH='${folder}' && eval \"$1\" -std=c++20 -O1 -o \"'$3'\" \"'$2'\" \"$(pkg-config --cflags --libs palpate-io)\""
+      sh "${CXX}" "${SOURCE_DIR}/examples/mesh_file/main.cpp" "${WORK_DIR}/mesh_file_by_pkg_config")
+  run("${WORK_DIR}/mesh_file_by_pkg_config" "${WORK_DIR}/tet.mesh")
+  if(NOT output MATCHES "4 points, 1 tets, volume 0\\.167\n")
+    message(FATAL_ERROR "mesh_file, built by pkg-config, printed: ${output}")
+  endif()
+endif()
+
+# Before 1.0 a minor version may change interfaces: another one is not found, and an older patch of the same is. A
+# component that is not there is named in the error, with those that are.
+file(STRINGS "${SOURCE_DIR}/CMakeLists.txt" version REGEX "^project\\(palpate VERSION ")
+string(REGEX MATCH "([0-9]+)[.]([0-9]+)[.]([0-9]+)" version "${version}")
+set(major ${CMAKE_MATCH_1})
+set(minor ${CMAKE_MATCH_2})
+math(EXPR next "${minor} + 1")
+math(EXPR before "${minor} - 1")
+# finds(EXPECTED ARGUMENTS...): what find_package(palpate ARGUMENTS) says; EXPECTED is a regular expression.
+function(finds expected)
+  list(JOIN ARGN " " arguments)
+  file(WRITE "${WORK_DIR}/find/CMakeLists.txt" "cmake_minimum_required(VERSION 3.25)\nproject(find LANGUAGES CXX)\n"
+    "find_package(palpate ${arguments})\nmessage(STATUS \"found: \${palpate_FOUND} \${palpate_NOT_FOUND_MESSAGE}\")\n")
+  execute_process(COMMAND ${CMAKE_COMMAND} --fresh -S "${WORK_DIR}/find" -B "${WORK_DIR}/find/build" -G "${GENERATOR}"
+    "-DCMAKE_PREFIX_PATH=${prefix}" "-DCMAKE_CXX_COMPILER=${CXX}" OUTPUT_VARIABLE output ERROR_VARIABLE output)
+  string(REGEX REPLACE "[ \n]+" " " output "${output}")
+  if(NOT output MATCHES "${expected}")
+    message(FATAL_ERROR "find_package(palpate ${arguments}): expected '${expected}', found: ${output}")
+  endif()
+endfunction()
+finds("found: 1" ${major}.${minor})
+finds("found: 1" ${major}.${minor}.0 EXACT COMPONENTS io)
+finds("found: 0" ${major}.${before})
+finds("found: 0" ${major}.${next})
+finds("CMake Error.*palpate has no component 'viewer' here; components: io" REQUIRED COMPONENTS io viewer)
+finds("found: 0 palpate has no component 'viewer' here; components: io" COMPONENTS viewer)
+finds("found: 1" COMPONENTS io OPTIONAL_COMPONENTS viewer)
+
 # The command's manual pages and completions lie beside it.
 if(EXISTS "${prefix}/bin/palpate")
   foreach(file IN ITEMS man/man1/palpate-run.1 bash-completion/completions/palpate zsh/site-functions/_palpate
       fish/vendor_completions.d/palpate.fish)
     if(NOT EXISTS "${prefix}/share/${file}")
       message(FATAL_ERROR "share/${file} is not installed")
+    endif()
+  endforeach()
+  # A manual page is of a program that is installed too.
+  foreach(name IN ITEMS peers speed step)
+    if(EXISTS "${prefix}/share/man/man1/palpate-bench-${name}.1" AND NOT EXISTS "${prefix}/bin/palpate-bench-${name}")
+      message(FATAL_ERROR "the manual page of 'palpate bench ${name}' is installed without its program")
     endif()
   endforeach()
 endif()

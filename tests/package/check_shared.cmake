@@ -26,6 +26,8 @@ run(sh -c "export PKG_CONFIG_PATH='${folder}' && eval \"$1\" -std=c++20 -O1 -o \
     sh "${CXX}" "${SOURCE_DIR}/examples/embed/main.cpp" "${WORK_DIR}/by_pkg_config")
 run(${CMAKE_COMMAND} -E env "LD_LIBRARY_PATH=${libraries}" "${WORK_DIR}/by_pkg_config")
 check_embed("${output}")
+run(sh -c "export PKG_CONFIG_PATH='${folder}' && eval \"$1\" -std=c++20 -O1 -o \"'$3'\" \"'$2'\" \"$(pkg-config --cflags --libs palpate-io)\""
+    sh "${CXX}" "${SOURCE_DIR}/examples/mesh_file/main.cpp" "${WORK_DIR}/mesh_file_by_pkg_config")
 run(${CMAKE_COMMAND} -E env "LD_LIBRARY_PATH=${libraries}" ldd "${WORK_DIR}/by_pkg_config")
 string(FIND "${output}" " => ${libraries}/libpalpate.so.0" found)
 if(found EQUAL -1)

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import typing
 
+import numpy as np
 import pytest
 
 import palpate
@@ -61,16 +62,71 @@ def test_every_object_says_what_it_is(objects):
 
 
 def test_objects_are_pickled_and_copied_or_refuse_it_in_one_line(objects):
-    values = (palpate.Fibres, palpate.Viscosity, palpate.Material, palpate.Keyframe, palpate.Motion, palpate.Outcome)
+    values = (palpate.Ramp, palpate.Fibres, palpate.Viscosity, palpate.Material, palpate.Keyframe, palpate.Motion, palpate.Outcome)
     for one in objects:
         if isinstance(one, values):
             for again in (pickle.loads(pickle.dumps(one)), copy.deepcopy(one), copy.copy(one)):
-                assert repr(again) == repr(one) and again is not one
+                assert repr(again) == repr(one) and again is not one and again == one
             continue
         for attempt in (pickle.dumps, copy.deepcopy):
             with pytest.raises(TypeError, match=rf"^a palpate\.{type(one).__name__} cannot be pickled or copied: \w+") as caught:
                 attempt(one)
             assert "\n" not in str(caught.value)
+
+
+def test_values_are_equal_where_all_of_their_parts_are():
+    key = palpate.Keyframe(1.0, (0.0, 0.0, 1.0))
+    ramp = palpate.Ramp([0.0, 1.0], [0.0, 1.0])
+    fibres = palpate.Fibres(stiffness=1e3, activation=ramp)
+    viscosity = palpate.Viscosity(fractions=[0.5], times=[1.0])
+    for one, others in [
+        (palpate.Material(fibres=fibres, viscosity=viscosity, model="stable-neo-hookean"),
+         [palpate.Material(), palpate.Material(fibres=fibres, model="stable-neo-hookean")]),
+        (palpate.Material(), [palpate.Material(**{name: value}) for name, value in [
+            ("young_modulus", 1e4), ("poisson_ratio", 0.3), ("density", 900.0), ("mass_damping", 1.0), ("stiffness_damping", 0.01),
+            ("plastic_yield", 0.1), ("plastic_creep", 0.1), ("plastic_maximum", 0.1), ("model", "mooney-rivlin"),
+            ("mooney_fraction", 0.4), ("elements", "smoothed")]]),
+        (ramp, [palpate.Ramp([0.0, 2.0], [0.0, 1.0]), palpate.Ramp([0.0, 1.0], [0.0, 0.5])]),
+        (fibres, [palpate.Fibres(stiffness=1e3), palpate.Fibres(direction=(0, 1, 0), stiffness=1e3, activation=ramp)]),
+        (viscosity, [palpate.Viscosity(fractions=[0.4], times=[1.0]), palpate.Viscosity(fractions=[0.5], times=[2.0])]),
+        (key, [palpate.Keyframe(2.0, (0.0, 0.0, 1.0)), palpate.Keyframe(1.0), palpate.Keyframe(1.0, (0, 0, 1), (0, 1, 0, 0))]),
+        (palpate.Motion([key]), [palpate.Motion([key, palpate.Keyframe(2.0)]), palpate.Motion([key], interpolation="smooth"),
+                                 palpate.Motion([key], center=(1, 0, 0))]),
+    ]:
+        again = pickle.loads(pickle.dumps(one))
+        assert again == one and not again != one
+        for other in [*others, None, 1, "text"]:
+            assert one != other and not one == other
+        with pytest.raises(TypeError, match="unhashable"):  # its values can change
+            hash(one)
+
+
+def test_outcomes_are_equal_where_their_vectors_are():
+    one = palpate.Outcome("displacement", 1.0, "m", np.array([1.0, 0.0, 0.0]))
+    assert one == palpate.Outcome("displacement", 1.0, "m", np.array([1.0, 0.0, 0.0])) and len({one, pickle.loads(pickle.dumps(one))}) == 1
+    for other in [palpate.Outcome("displacement", 1.0, "m", np.array([0.0, 1.0, 0.0])), palpate.Outcome("displacement", 1.0, "m", None),
+                  palpate.Outcome("displacement", 1.0, "mm", np.array([1.0, 0.0, 0.0])), 1.0]:
+        assert one != other
+    assert palpate.Outcome("gap", 1.0, "m", None) == palpate.Outcome("gap", 1.0, "m", None)
+
+
+def test_a_truth_value_is_no_number_of_a_material():
+    material = palpate.Material()
+    for truth in (True, np.True_):
+        for attempt in (lambda: palpate.Material(young_modulus=truth), lambda: setattr(material, "young_modulus", truth),
+                        lambda: palpate.Material(plastic_yield=truth), lambda: palpate.Fibres(stiffness=truth)):
+            with pytest.raises(palpate.Error, match=r": found .*, expected a number( or None)?$"):
+                attempt()
+    assert palpate.Material(young_modulus=1, density=np.float32(2), plastic_yield=np.int64(1)).density == 2.0
+    assert material == palpate.Material()
+
+
+def test_friction_is_looked_for_where_it_is():
+    with pytest.raises(palpate.Error) as caught:
+        palpate.Material(friction=1)
+    assert str(caught.value) == ("Material: friction: found an argument of this name, expected it in the settings of contacts: "
+                                 "contact={'friction': 0.3} of a Simulation or a scene")
+    assert palpate.Simulation(SCENE, contact={"friction": 0.3}).metrics.step == 0
 
 
 @pytest.mark.parametrize(("name", "value", "expected"), [

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -109,6 +110,60 @@ def test_one_warning_tells_how_many_runs_failed_and_why():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         palpate.sweep_rows(SCENE, {"time_step": [0.01]}, steps=1, workers=1)
+
+
+@pytest.mark.filterwarnings("ignore:sweep")
+def test_a_measure_whose_result_is_no_column_is_a_failed_row_that_says_so():
+    """Each of these runs is done; its row is not. Nothing that the row has is overwritten."""
+    def error_of(measure, **arguments):
+        row, = palpate.sweep_rows(SCENE, {"time_step": [0.01]}, measure=measure, steps=1, workers=1, **arguments)
+        assert row["status"] == "failed" and row["traceback"] == "" and row["time_step"] == 0.01
+        return row["error"]
+
+    def three(simulation):
+        return 3
+
+    assert error_of(three) == (f"sweep: measure three (line {three.__code__.co_firstlineno} of {__file__}): found the result 3, "
+                               "expected a mapping of names to values")
+    for measure, found in [
+        (lambda _: None, "the result None"),
+        (lambda _: {"l": threading.Lock()}, "a lock for 'l', which cannot be sent to another process"),
+        (lambda _: {"status": 1}, "the name 'status', which another column has"),
+        (lambda _: {"time_step": 1}, "the name 'time_step', which another column has"),
+        (lambda _: {"warnings": 1}, "the name 'warnings', which another column has"),
+    ]:
+        assert re.match(rf"sweep: measure <lambda> \(line \d+ of .*test_sweep\.py\): found {found}, ", error_of(measure) + ", ")
+    row, = palpate.sweep_rows(SCENE, {"time_step": [0.01]}, steps=1, workers=1,
+                              measure=lambda _: {"of": {"a": [1]}, "series": pandas.Series([1.0, 2.0]), "number": np.int64(3)})
+    assert row["status"] == "done" and (row["of"], row["series"], row["number"]) == ({"a": [1]}, [1.0, 2.0], 3)
+
+
+@pytest.mark.filterwarnings("ignore:sweep")
+def test_an_outcome_with_the_name_of_a_column_is_refused():
+    scene = {**STAGED, "outcomes": [{**STAGED["outcomes"][0], "name": "status"}]}
+    row, = palpate.sweep_rows(scene, {"time_step": [0.01]}, workers=1)
+    assert row["status"] == "failed" and "sweep: outcomes: found the name 'status', which another column has" in row["error"]
+
+
+def test_functions_that_cannot_be_called_or_sent_are_refused_at_once():
+    def refusal(**arguments):
+        with pytest.raises(palpate.Error) as refused:
+            palpate.sweep_rows(SCENE, {"time_step": [0.01]}, steps=1, workers=1, **arguments)
+        return refused.value
+
+    for name, expected in [("measure", "a function of the Simulation, or None"),
+                           ("apply", "a function of the scene and the values of a run, or None")]:
+        assert str(refusal(**{name: 3})) == f"sweep: {name}: found 3, expected {expected}"
+        assert isinstance(refusal(**{name: 3}), TypeError)
+        assert re.fullmatch(rf"sweep: {name} <lambda> \(line \d+ of .*\): found the arguments \(a, b, c\), expected a function of .*",
+                            str(refusal(**{name: lambda a, b, c: {}})))
+    lock = threading.Lock()
+    refused = refusal(measure=lambda _: {"locked": lock.locked()})
+    assert refused.where == "measure" and "lock" in refused.found
+    assert "cloudpickle" not in refused.expected, "it is installed, and cannot help"
+    assert refusal(apply=lambda *_: lock).where == "apply"
+    with pytest.raises(palpate.Error, match=r"sweep: parameters\['status'\]: found the name of another column"):
+        palpate.sweep_rows(SCENE, [{"status": 1}], apply=lambda *_: None, workers=1)
 
 
 def test_a_study_goes_on_where_it_was(tmp_path):

@@ -63,6 +63,7 @@ TEST_F(DoorToTheView, AMeshIsShownAtOnce) {
   EXPECT_EQ(done.exit_code, 0);
   EXPECT_EQ(
       done.err,
+      "palpate: unit guessed: mm (choose with --unit)\n"
       "palpate: my ball.vtu in mm: 0.08 m, 0.25 kg; its lowest tenth is held, and an instrument presses it; "
       "\"palpate new 'my ball.vtu'\" writes this scene\n");
   EXPECT_FALSE(exists("my ball.json"));
