@@ -132,7 +132,7 @@ def _run(job: Job) -> Row:
 
 
 def _add(row: Row, columns: Row, source: str, names: Sequence[str]) -> None:
-    """Adds columns to a row; raises Error where one has one of the names that are in use."""
+    """Adds columns to a row; raises Error if one has one of the names that are in use."""
     for name in columns:
         if name in names:
             raise Error("sweep", source, f"the name '{name}', which another column has", "another name")
@@ -325,7 +325,7 @@ def sweep_rows(
 
 
 def _check_function(name: str, function: Any, arguments: int, expected: str) -> None:
-    """Raises Error where an argument is neither None nor a function that can be called with so many arguments."""
+    """Raises Error if an argument is neither None nor a function that can be called with so many arguments."""
     if function is None:
         return
     if not callable(function):

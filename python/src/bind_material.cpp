@@ -94,7 +94,7 @@ namespace palpate::python {
 namespace {
 
 /// A value of a material, with a setter that accepts the same values as a scene. `Given` is double or
-/// optional, with Number in place of double.
+/// optional, with Number instead of double.
 template <class Given, class Value>
 void bind_value(nb::class_<Material>& material, const char* name, Value Material::*value, const char* doc) {
   material.def_prop_rw(

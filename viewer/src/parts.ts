@@ -65,7 +65,7 @@ export function choose(choices: readonly (string | Choice)[], value: string, cha
 
 export interface Slider {
   element: HTMLElement;
-  /** `text` says what is read in place of the value. */
+  /** `text` says what is read instead of the value. */
   set(value: number, text?: string): void;
   range(low: number, high: number): void;
 }
