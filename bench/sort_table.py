@@ -39,7 +39,7 @@ def table(report):
         f"{context['cpu']}, {context['cores']} cores, one used; {context['compiler']}; commit `{context['commit']}`; "
         f"{context['date']}; load of the machine during the run: {', '.join(f'{x:.1f}' for x in context['load_avg'])}.",
         "",
-        "CPU time per entry, ns. In brackets: the time of std::sort from last frame's order divided by it, and it divided by the time of memcpy.",
+        "CPU time per entry, ns. In brackets: the speed-up over std::sort from last frame's order, and the ratio to the time of memcpy.",
         "",
         "| entries | movers | memcpy | " + " | ".join(COLUMNS.values()) + " |",
         "|" + "---:|" * (3 + len(COLUMNS)),

@@ -44,7 +44,7 @@ class OurPeer : public Peer {
 
 void add_ours(const Course& course, const std::vector<int>& threads, std::vector<Entrant>& entrants) {
   for (const int n : threads)
-    entrants.push_back({"Palpate", n, Answer::exact, {{"as it comes", [&course, n] {
+    entrants.push_back({"Palpate", n, Answer::exact, {{"default", [&course, n] {
                                                          return std::make_unique<OurPeer>(course, n);
                                                        }}}});
 }

@@ -130,7 +130,7 @@ Json handling_rows(const Json& cases) {
     if (const auto whole = c.find("clustered"); whole != c.end()) {
       const double all = whole->at("all_ms");
       const double contacts = whole->at("contacts_ms");
-      rows.push_back(with_verdict({"whole collision handling against its contacts, " + name, "ms", all,
+      rows.push_back(with_verdict({"whole collision handling relative to its contact query, " + name, "ms", all,
                                    contacts, "its contacts", all / contacts}));
     }
     if (const auto threads = c.find("threads"); threads != c.end()) {
@@ -180,7 +180,7 @@ Json dynamics_rows(const Json& cases) {
     const double ours = c.at("product").at("GB_per_s");
     const double read = c.at("product").at("read_GB_per_s");
     rows.push_back(
-        with_verdict({"product with the matrix against reading as much: " + c.at("name").get<std::string>(),
+        with_verdict({"product with the matrix relative to reading as much memory: " + c.at("name").get<std::string>(),
                       "GB/s", ours, read, "reading", 100.0 * ours / read}));
   }
   return rows;

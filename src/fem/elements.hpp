@@ -158,8 +158,8 @@ class Elements {
   bool set_activations(std::span<const double> activations);
   /// Energy of an element, whose derivative its forces are, as of the last update(), J.
   [[nodiscard]] double energy(Index element) const { return at(energy_, element); }
-  /// Elastic energy of an element that is not smoothed at these positions, J, including that stored by
-  /// viscosity. Needs no update().
+  /// Elastic energy of an element at these positions, J, with that of its viscoelastic branches. The element
+  /// must not be smoothed. Needs no update().
   [[nodiscard]] double energy(Index element, std::span<const Vec3> positions) const;
   /// The deformation of an element at these positions; needs no update().
   [[nodiscard]] ElementDeformation deformation(Index element, std::span<const Vec3> positions) const;

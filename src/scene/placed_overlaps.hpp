@@ -25,8 +25,8 @@ class PlacedOverlaps {
   PlacedOverlaps(const Scene& scene, const Bodies& bodies);
 
   /// The pairs that overlap by more than 1 % of the smaller of their mean edge lengths, in the order of the
-  /// bodies. A body counts as placed if it has a motion, or if a stage inserts it or moves all of it; and
-  /// only while it is in the scene and held as a whole. O(a detection of these bodies).
+  /// bodies. Placed bodies have a motion, or a stage inserts them or moves them as a whole. Only bodies that
+  /// are present and wholly prescribed count. Cost: one detection of these bodies.
   [[nodiscard]] std::vector<PlacedOverlap> find(const Simulation& simulation) const;
 
  private:

@@ -207,8 +207,7 @@ void check_saved(const SavedState& saved, const Bodies& bodies) {
   check_contacts(saved.contacts, bodies);
   check_kept(saved.kept_contacts, bodies);
   check_ends(saved.edge_ends, bodies);
-  constexpr std::int64_t most_steps = std::int64_t{1}
-                                      << 53;  // the time, a double, is exact up to this number of steps
+  constexpr std::int64_t most_steps = std::int64_t{1} << 53;  // exact as a double
   if (saved.metrics.step < 0 || saved.metrics.step > most_steps || saved.slow_steps < 0 ||
       saved.slow_steps > saved.metrics.step) {
     throw Error(source_name, "step", std::to_string(saved.metrics.step), "a number of steps");

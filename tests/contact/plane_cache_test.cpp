@@ -331,7 +331,7 @@ TEST(PlaneCache, WhatNobodyComputedIsNotCached) {
   for (std::size_t c = 0; c < r.contacts.size(); ++c)
     EXPECT_EQ(r.cache.source(c), c % 3 == 0 ? PlaneCache::neighbors : PlaneCache::cached);
   r.update([](std::size_t c) { return c % 3 == 0 ? Outcome::none : Outcome::cached; });
-  // Of the others, guesses come first.
+  // After contacts without a plane, guessed planes are computed before cached ones.
   const std::size_t guesses = (r.contacts.size() + 1) / 3;
   const std::size_t unknown = (r.contacts.size() + 2) / 3;
   r.choose(bodies.points_rest(), unknown + guesses);

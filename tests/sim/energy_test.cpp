@@ -1,5 +1,5 @@
 // Damped isolated scenes: three balls that run into each other without gravity, and stiff boxes that hit each
-// other off their centres and spin away. Oracle: the second law.
+// other off their centres and spin away. Expected: the total energy never grows.
 #include <algorithm>
 #include <gtest/gtest.h>
 #include <string>
