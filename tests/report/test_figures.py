@@ -1,5 +1,6 @@
 """The figures of README and docs are those of bench/results, and no figure is typed by hand."""
 
+import copy
 import os
 import pathlib
 import re
@@ -22,6 +23,18 @@ class Figures(unittest.TestCase):
     def test_pages_say_what_the_reports_say(self):
         done = subprocess.run([sys.executable, ROOT / "bench/report/docs.py", ROOT, "--check"], capture_output=True, text=True, check=False)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
+
+    def test_a_quick_report_without_large_scenes_leaves_the_readme_to_the_one_before(self):
+        sys.path.insert(0, str(ROOT / "bench/report"))
+        import docs
+
+        file, report = docs.reports_of(ROOT / "bench/results")[0]
+        quick = copy.deepcopy(report)
+        for section in quick["sections"]:
+            section["table"]["rows"] = [row for row in section["table"]["rows"] if row[0] != "stacking 1000000"]
+        self.assertEqual(docs.figures([(pathlib.Path("quick.json"), quick), (file, report)]), docs.figures([(file, report)]))
+        with self.assertRaisesRegex(SystemExit, "a million tets"):
+            docs.figures([(pathlib.Path("quick.json"), quick)])
 
     def test_no_measured_number_is_typed(self):
         for name in ["README.md", "docs/paper-map.md"]:
