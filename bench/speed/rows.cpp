@@ -130,8 +130,8 @@ Json handling_rows(const Json& cases) {
     if (const auto whole = c.find("clustered"); whole != c.end()) {
       const double all = whole->at("all_ms");
       const double contacts = whole->at("contacts_ms");
-      rows.push_back(with_verdict({"whole collision handling relative to its contact query, " + name, "ms", all,
-                                   contacts, "its contacts", all / contacts}));
+      rows.push_back(with_verdict({"whole collision handling relative to its contact query, " + name, "ms",
+                                   all, contacts, "its contacts", all / contacts}));
     }
     if (const auto threads = c.find("threads"); threads != c.end()) {
       const Json& one = threads->at("1 thread");
@@ -179,9 +179,9 @@ Json dynamics_rows(const Json& cases) {
   for (const Json& c : cases) {
     const double ours = c.at("product").at("GB_per_s");
     const double read = c.at("product").at("read_GB_per_s");
-    rows.push_back(
-        with_verdict({"product with the matrix relative to reading as much memory: " + c.at("name").get<std::string>(),
-                      "GB/s", ours, read, "reading", 100.0 * ours / read}));
+    rows.push_back(with_verdict(
+        {"product with the matrix relative to reading as much memory: " + c.at("name").get<std::string>(),
+         "GB/s", ours, read, "reading", 100.0 * ours / read}));
   }
   return rows;
 }

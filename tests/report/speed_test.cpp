@@ -141,7 +141,8 @@ TEST(SpeedRows, RatiosAreThoseByHand) {
   EXPECT_DOUBLE_EQ(row(dynamics, "time to an error of 1e-3: skull")["ratio"], 25.0)
       << "our best preconditioner";
   EXPECT_EQ(row(dynamics, "time to an error of 1e-3: skull")["verdict"], "missed");
-  EXPECT_DOUBLE_EQ(row(dynamics, "product with the matrix relative to reading as much memory: block")["ratio"], 80.0);
+  EXPECT_DOUBLE_EQ(
+      row(dynamics, "product with the matrix relative to reading as much memory: block")["ratio"], 80.0);
   const Json step = step_rows(step_cases());
   EXPECT_DOUBLE_EQ(row(step, "step of 25 iterations: head")["ratio"], 12.0);
   EXPECT_EQ(row(step, "step of 25 iterations: head")["verdict"], "aim met");
