@@ -61,10 +61,10 @@ std::string expected_element(const json& array, const std::string& step) {
 SceneChange parse_scene_change(std::string_view text) {
   const std::size_t equals = text.find('=');
   if (equals == std::string_view::npos || equals == 0)
-    throw Error("--set", "", "'" + std::string(text) + "'", "KEY=VALUE, as contact.friction=0.3");
+    throw Error("--set", "", "'" + std::string(text) + "'", "KEY=VALUE, for example contact.friction=0.3");
   if (equals + 1 == text.size()) {
     throw Error("--set " + std::string(text), "", "an empty value",
-                "KEY=VALUE, as contact.friction=0.3; an empty text is KEY='\"\"'");
+                "KEY=VALUE, for example contact.friction=0.3; an empty text is KEY='\"\"'");
   }
   SceneChange change{std::string(text), std::string(text.substr(0, equals)), {}};
   const std::string value(text.substr(equals + 1));

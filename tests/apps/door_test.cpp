@@ -363,9 +363,8 @@ TEST_F(Door, SetTakesThePlaceOfValuesOfTheScene) {
   refuse("duration.x=1", {"found 0.1, expected an object that has 'x'"});
   refuse("friction", {"--set: found 'friction', expected KEY=VALUE"});
   refuse("=1", {"--set: found '=1'"});
-  refuse(
-      "name=",
-      {"--set name=: found an empty value, expected KEY=VALUE, as contact.friction=0.3; an empty text is "});
+  refuse("name=", {"--set name=: found an empty value, expected KEY=VALUE, for example contact.friction=0.3; "
+                   "an empty text is "});
 }
 
 TEST_F(Door, ASceneMayComeFromStandardInput) {
