@@ -62,8 +62,9 @@ template <>
 struct type_caster<palpate::python::Number> {
   NB_TYPE_CASTER(palpate::python::Number, const_name("float"))
   bool from_python(handle source, std::uint8_t flags, cleanup_list* cleanup) noexcept {
-    const bool truth = PyBool_Check(source.ptr()) ||
-                       std::string_view(Py_TYPE(source.ptr())->tp_name).starts_with("numpy.bool");
+    // NumPy's type is bool_ before NumPy 2, and bool since then; the stable ABI hides its tp_name.
+    const auto type = cast<std::string>(source.type().attr("__name__"));
+    const bool truth = PyBool_Check(source.ptr()) || type == "bool_" || type == "bool";
     make_caster<double> number;
     if (truth || !number.from_python(source, flags, cleanup)) return false;
     value.value = number.value;
