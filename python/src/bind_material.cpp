@@ -62,17 +62,29 @@ template <>
 struct type_caster<palpate::python::Number> {
   NB_TYPE_CASTER(palpate::python::Number, const_name("float"))
   bool from_python(handle source, std::uint8_t flags, cleanup_list* cleanup) noexcept {
-    // NumPy's type is bool_ before NumPy 2, and bool since then; the stable ABI hides its tp_name.
-    const auto type = cast<std::string>(source.type().attr("__name__"));
-    const bool truth = PyBool_Check(source.ptr()) || type == "bool_" || type == "bool";
     make_caster<double> number;
-    if (truth || !number.from_python(source, flags, cleanup)) return false;
+    if (is_truth(source.ptr()) || !number.from_python(source, flags, cleanup)) return false;
     value.value = number.value;
     return true;
   }
   static handle from_cpp(const palpate::python::Number& number, rv_policy policy,
                          cleanup_list* cleanup) noexcept {
     return make_caster<double>::from_cpp(number.value, policy, cleanup);
+  }
+
+ private:
+  /// Whether it is a bool of Python or NumPy (bool_ before NumPy 2). The stable ABI hides tp_name.
+  static bool is_truth(PyObject* source) noexcept {
+    if (PyBool_Check(source)) return true;
+    PyObject* const name = PyObject_GetAttrString(reinterpret_cast<PyObject*>(Py_TYPE(source)), "__name__");
+    if (name == nullptr) {
+      PyErr_Clear();
+      return false;
+    }
+    const bool same = PyUnicode_CompareWithASCIIString(name, "bool_") == 0 ||
+                      PyUnicode_CompareWithASCIIString(name, "bool") == 0;
+    Py_DECREF(name);
+    return same;
   }
 };
 template <class Kind>
