@@ -92,6 +92,13 @@ def vectors(values: ArrayLike, name: str, count: int) -> Floats:
     return points(array, name)
 
 
+def rows(values: ArrayLike, name: str, chosen: Indices, all_rows: slice) -> NDArray[Any]:
+    """The chosen rows of an array that has all of them; another array as it is, to be checked by vectors()."""
+    array = array_of(values, name)
+    whole = array.ndim == 2 and len(array) == all_rows.stop - all_rows.start
+    return array[chosen - all_rows.start] if whole else array
+
+
 def numbers(values: ArrayLike, name: str, count: int) -> Floats:
     """One real number, shape (), or `count` of them. The compiled part checks that they are finite."""
     array = array_of(values, name)

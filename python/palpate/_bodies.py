@@ -137,10 +137,7 @@ class SimulationBody:
             return self._simulation.set_velocities(velocities, self._of_all(points))
         movable = self._simulation._movable()
         chosen = movable[(movable >= self.points.start) & (movable < self.points.stop)]
-        values = _arrays.array_of(velocities, "velocities")
-        if values.ndim == 2 and len(values) == self.points.stop - self.points.start:
-            values = values[chosen - self.points.start]
-        return self._simulation.set_velocities(values, chosen)
+        return self._simulation.set_velocities(_arrays.rows(velocities, "velocities", chosen, self.points), chosen)
 
     @property
     def prescribed(self) -> list[int]:
@@ -246,6 +243,19 @@ class SimulationBodies:
     def body_of_point(self) -> _arrays.Indices:
         """(n) body of each point."""
         return self._simulation._bodies.body_of_point
+
+
+def number_of(body: int | str, bodies: _core.Bodies, what: str) -> int:
+    """The number of a body, from its name or number. Raises Error naming `what` if there is no such body."""
+    if isinstance(body, str):
+        names = [bodies[number].name for number in range(len(bodies))]
+        if body not in names:
+            raise Error(what, "body", repr(body), f"one of {names}")
+        return names.index(body)
+    number = _arrays.integer(body, "body")
+    if not 0 <= number < len(bodies):
+        raise Error(what, "body", str(number), f"0 to {len(bodies) - 1}")
+    return number
 
 
 Vector = tuple[float, float, float]

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _arrays, _core
+from ._bodies import number_of
 from ._error import Error, shown
 from ._settings import scene_text
 
@@ -184,7 +185,7 @@ class Model(_core.Model):
         stiffness: of each spring, N/m; None: that of a contact between the two.
         """
         number = self._soft(body, "Model.attach")
-        self._attach(number, self._selection(number, points, "points"), self._number(to), stiffness)
+        self._attach(number, self._selection(number, points, "points"), number_of(to, self.bodies, "Model"), stiffness)
 
     def prescribe(self, body: int | str, points: ArrayLike, motion: _core.Motion) -> int:
         """Moves points of a deformable body (indices in the body, or a mask) by a motion of their own; returns its
@@ -230,22 +231,9 @@ class Model(_core.Model):
         number = self._soft(body, "Model.grab")
         self._grab(number, point, _arrays.vector(target, "target"), stiffness)
 
-    def _number(self, body: int | str) -> int:
-        """The number of a body, from its name or number."""
-        bodies = self.bodies
-        if isinstance(body, str):
-            names = [bodies[number].name for number in range(len(bodies))]
-            if body not in names:
-                raise Error("Model", "body", repr(body), f"one of {names}")
-            return names.index(body)
-        number = _arrays.integer(body, "body")
-        if not 0 <= number < len(bodies):
-            raise Error("Model", "body", str(number), f"0 to {len(bodies) - 1}")
-        return number
-
     def _soft(self, body: int | str, what: str) -> int:
         """The number of a body that deforms."""
-        number = self._number(body)
+        number = number_of(body, self.bodies, "Model")
         if self._is_rigid(number):
             raise Error(what, "body", f"the rigid body '{self.bodies[number].name}'", "a body that deforms")
         return number

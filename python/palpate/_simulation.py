@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _arrays, _core
-from ._bodies import SimulationBodies, pose_of
+from ._bodies import SimulationBodies, number_of, pose_of
 from ._error import Error, NotConverged, shown
 from ._names import Field
 from ._progress import bar
@@ -274,16 +274,7 @@ class Simulation(_core.Simulation):
 
     def body_number(self, body: int | str) -> int:
         """The number of a body, from its name or number. Raises Error if there is no such body."""
-        bodies = self._bodies
-        if isinstance(body, str):
-            names = [bodies[number].name for number in range(len(bodies))]
-            if body not in names:
-                raise Error("Simulation", "body", repr(body), f"one of {names}")
-            return names.index(body)
-        number = _arrays.integer(body, "body")
-        if not 0 <= number < len(bodies):
-            raise Error("Simulation", "body", str(number), f"0 to {len(bodies) - 1}")
-        return number
+        return number_of(body, self._bodies, "Simulation")
 
     def set_motion(self, body: int | str, motion: _core.Motion) -> None:
         """Replaces the motion of a body. At the end of the next step, its points are at the new pose, from wherever
@@ -354,8 +345,8 @@ class Simulation(_core.Simulation):
         """
         chosen = self._free() if points is None else self._points(points)
         values = _arrays.points(positions, "positions")
-        if points is None and len(values) == len(self._bodies.points_rest):
-            values = values[chosen]
+        if points is None:
+            values = _arrays.rows(values, "positions", chosen, self._every_point())
         self._set_positions(chosen, _arrays.vectors(values, "positions", len(chosen)))
 
     def set_velocities(self, velocities: ArrayLike, points: ArrayLike | None = None) -> None:
@@ -365,10 +356,9 @@ class Simulation(_core.Simulation):
         finite.
         """
         chosen = self._movable() if points is None else self._points(points)
-        values = _arrays.array_of(velocities, "velocities")
-        if points is None and values.ndim == 2 and len(values) == len(self._bodies.points_rest):
-            values = values[chosen]
-        self._set_velocities(chosen, _arrays.vectors(values, "velocities", len(chosen)))
+        if points is None:
+            velocities = _arrays.rows(velocities, "velocities", chosen, self._every_point())
+        self._set_velocities(chosen, _arrays.vectors(velocities, "velocities", len(chosen)))
 
     def contact_wrench(self, body: int | str, about: ArrayLike | None = None) -> _core.Wrench:
         """Force and torque on a body (number or name) by contacts during the last step, N and N m, about a point, or its
@@ -428,6 +418,9 @@ class Simulation(_core.Simulation):
 
     def _points(self, points: ArrayLike) -> _arrays.Indices:
         return _arrays.selection(points, "points", len(self._bodies.points_rest))
+
+    def _every_point(self) -> slice:
+        return slice(0, len(self._bodies.points_rest))
 
     def _free(self) -> _arrays.Indices:
         bodies = self._bodies

@@ -61,7 +61,7 @@ class Simulation {
   /// The contacts of the last step with their forces, weights in the order of corners of the given mesh.
   ContactForces acting_contacts();
   /// Strain and stress of the tets. Releases Python's lock. The next call uses the arrays again if Python has
-  /// dropped them: otherwise glibc may return them to the system each time, which costs a third of the work.
+  /// dropped them: otherwise glibc may return them to the system each time, which may double their cost.
   std::shared_ptr<TissueState> tissue();
   /// Strain and stress of the points; computed from `of_tets` if it is given.
   std::shared_ptr<TissueState> tissue_at_points(const TissueState* of_tets);
