@@ -7,7 +7,7 @@
 // disturbances (disturbances.hpp). Then detection alone, FRAMES times: the positions of the run without a
 // budget, to and fro, each time with a tremble of its own. For each step or detection: its time, the fraction
 // of the clusters queried, and whether the system put the thread aside meanwhile, which no program can
-// foresee.
+// predict.
 #include <algorithm>
 #include <charconv>
 #include <cmath>
