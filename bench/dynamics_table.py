@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes the tables of the dynamics in docs/benchmarks.md from dynamics.json of `palpate bench speed`.
+"""Writes the tables of the dynamics in docs/benchmarks-steps.md from dynamics.json of `palpate bench speed`.
 
 Usage: dynamics_table.py JSON [MARKDOWN]   (without MARKDOWN: prints)
 

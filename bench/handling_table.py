@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes the table of collision handling in docs/benchmarks.md from handling.json of `palpate bench speed`.
+"""Writes the table of collision handling in docs/benchmarks-detection.md from handling.json of `palpate bench speed`.
 
 Usage: handling_table.py JSON [MARKDOWN]   (without MARKDOWN: prints)
 

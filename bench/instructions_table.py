@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes the table of instructions in docs/benchmarks.md from instructions.json of `palpate bench speed`.
+"""Writes the table of instructions in docs/benchmarks-instructions.md from instructions.json of `palpate bench speed`.
 
 Usage: instructions_table.py JSON [MARKDOWN]   (without MARKDOWN: prints)
 
@@ -22,8 +22,8 @@ def rows(cases):
 
 def table(report):
     machine = report["machine"]
-    head = (f"{machine['cpu']}; {machine['compiler']}, {machine['build_type']}; commit `{machine['commit']}`; {report['date']}; "
-            "one thread, AVX2, counted by callgrind.")
+    head = (f"Counted by callgrind on one thread with AVX2: {machine['cpu']}; {machine['compiler']}, {machine['build_type']}; "
+            f"commit `{page.short_commit(machine['commit'])}`; {report['date']}.")
     return "\n".join([head, "", *rows(report["cases"])]) + "\n"
 
 

@@ -1,4 +1,4 @@
-"""What the scripts that write the tables of docs/benchmarks.md share."""
+"""What the scripts that write the tables of docs/benchmarks*.md have in common."""
 
 import json
 import pathlib
@@ -6,13 +6,28 @@ import re
 import sys
 
 
-def machine(report):
-    """A line that says where and with what the figures of a part of `palpate bench speed` were taken."""
+CONDITIONS = ("processor | compiler, build | commit | date | load of the machine, up to | `memcpy` of 64 MiB, GB/s | "
+              "`std::sort` of a million floats, ms | 20 million dependent multiply-adds, ms |")
+
+
+def short_commit(commit):
+    """Ten digits, and '-dirty' where there was that."""
+    digits, _, dirty = commit.partition("-")
+    return digits[:10] + (f"-{dirty}" if dirty else "")
+
+
+def conditions(report):
+    """The cells under CONDITIONS: where and with what the figures of a part of `palpate bench speed` were taken."""
     taken, references = report["machine"], report["references"]
-    load = f", load of the machine up to {report['load']:.1f}" if "load" in report else ""
-    return (f"{taken['cpu']}, {taken['cores']} cores, one used unless stated; {taken['compiler']}, {taken['build_type']}; commit `{taken['commit']}`; "
-            f"{report['date']}{load}. memcpy of 64 MiB {references['memcpy_GB_per_s']:.1f} GB/s, "
-            f"`std::sort` of a million floats {references['sort_ms']:.0f} ms, 20 million dependent multiply-adds {references['multiply_add_ms']:.0f} ms.")
+    load = f"{report['load']:.1f}" if "load" in report else "–"
+    return (f"{taken['cpu']}, {taken['cores']} cores | {taken['compiler']}, {taken['build_type']} | `{short_commit(taken['commit'])}` | "
+            f"{report['date']} | {load} | {references['memcpy_GB_per_s']:.1f} | {references['sort_ms']:.0f} | "
+            f"{references['multiply_add_ms']:.0f} |")
+
+
+def machine(report):
+    """The conditions as a table of one row."""
+    return f"| {CONDITIONS}\n|---|---|---|---|---:|---:|---:|---:|\n| {conditions(report)}"
 
 
 def number(value):

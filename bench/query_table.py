@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes the tables of the query in docs/benchmarks.md from query.json of `palpate bench speed`.
+"""Writes the tables of the query in docs/benchmarks-detection.md from query.json of `palpate bench speed`.
 
 Usage: query_table.py JSON [MARKDOWN]   (without MARKDOWN: prints)
 

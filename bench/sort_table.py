@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes the table of docs/benchmarks.md from the JSON of palpate_bench_sort.
+"""Writes the table of docs/benchmarks-sorts.md from the JSON of palpate_bench_sort.
 
 Usage: sort_table.py JSON [MARKDOWN]   (without MARKDOWN: prints)
 
@@ -8,6 +8,7 @@ In MARKDOWN the text between the two marks 'sort table' is replaced.
 """
 
 import collections
+
 import page
 
 COLUMNS = {
@@ -36,7 +37,7 @@ def smallest_times(report):
 def table(report):
     context = report["context"]
     lines = [
-        f"{context['cpu']}, {context['cores']} cores, one used; {context['compiler']}; commit `{context['commit']}`; "
+        f"{context['cpu']}, {context['cores']} cores, one used; {context['compiler']}; commit `{page.short_commit(context['commit'])}`; "
         f"{context['date']}; load of the machine during the run: {', '.join(f'{x:.1f}' for x in context['load_avg'])}.",
         "",
         "CPU time per entry, ns. In brackets: the speed-up over std::sort from last frame's order, and the ratio to the time of memcpy.",

@@ -18,11 +18,10 @@ def goal_row(row):
 
 def table(reports):
     """Of the JSON of each part."""
-    lines = []
-    for report in reports:
-        lines.append(f"- {report['part']}: {page.machine(report)}")
+    lines = [f"| part | {page.CONDITIONS}", "|---|---|---|---|---|---:|---:|---:|---:|"]
+    lines += [f"| {report['part']} | {page.conditions(report)}" for report in reports]
     for name, title in TABLES.items():
         rows = [goal_row(row) for report in reports for row in report["table"] if row["table"] == name]
         if rows:
-            lines += ["", f"| {title} | Palpate | other side | name of the other side | ratio | must | aim | |", "|---|---:|---:|---|---:|---:|---:|---|", *rows]
+            lines += ["", f"| {title} | Palpate | reference | what the reference is | ratio | must | aim | verdict |", "|---|---:|---:|---|---:|---:|---:|---|", *rows]
     return "\n".join(lines) + "\n"

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes the table of the steps of many scenes in docs/benchmarks.md from step-scenes.json of `palpate bench step`.
+"""Writes the table of the steps of many scenes in docs/benchmarks-steps.md from step-scenes.json of `palpate bench step`.
 
 Usage: step_scenes_table.py JSON [MARKDOWN]   (without MARKDOWN: prints)
 
@@ -37,12 +37,16 @@ def row_line(row):
 def table(report):
     threads = report["threads"]
     work = "one thread, processor time" if threads == 1 else f"{threads} threads"
-    lines = [page.machine(report), f"A {report['effort']} run; {work}.", "",
-             "| scene | tets | steps | solves | iterations | detections | work | ms | solver | not converged | inverted tets | deepest, µm | fastest, mm/s | |",
+    lines = [page.machine(report), "", f"A {report['effort']} run; {work}.", "",
+             "| scene | tets | steps | solves | iterations | detections | work | ms | solver | not converged | inverted tets | deepest, µm | fastest, mm/s | how it ended |",
              "|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---|"]
     lines += [row_line(row) for row in report["rows"]]
     if report["left_out"]:
-        lines += ["", "Left out: " + "; ".join(f"{absent['name']} ({absent['reason']})" for absent in report["left_out"]) + "."]
+        reasons = {}
+        for absent in report["left_out"]:
+            reasons.setdefault(absent["reason"], []).append(absent["name"])
+        lines += ["", "| left out | reason |", "|---|---|"]
+        lines += [f"| {', '.join(names)} | {reason} |" for reason, names in reasons.items()]
     return "\n".join(lines) + "\n"
 
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes the table of whole steps in docs/benchmarks.md from step.json of `palpate bench speed`.
+"""Writes the table of whole steps in docs/benchmarks-steps.md from step.json of `palpate bench speed`.
 
 Usage: step_table.py JSON [MARKDOWN]   (without MARKDOWN: prints)
 

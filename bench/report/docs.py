@@ -27,6 +27,15 @@ WIDEST_LINE = 120
 # Of `palpate bench speed`, with a table of goals.
 SPEED_PARTS = ("query", "handling", "movers", "dynamics", "step")
 
+TABLES_OF_PAGES = {
+    "docs/benchmarks.md": ["speed"],
+    "docs/benchmarks-detection.md": ["query", "handling"],
+    "docs/benchmarks-sorts.md": ["sort"],
+    "docs/benchmarks-steps.md": ["dynamics", "step", "step scenes"],
+    "docs/benchmarks-instructions.md": ["instructions"],
+    "docs/notes/benchmarks.md": ["step scenes before"],
+}
+
 
 def reports_of(folder):
     """(file, report), the newest first."""
@@ -65,24 +74,27 @@ def sentence(text):
 def wrapped(block):
     """Lines of tables and headings stay whole, as Markdown asks."""
     return "\n".join(line if line.startswith(("|", "#"))
-                     else textwrap.fill(line, WIDEST_LINE, break_long_words=False, break_on_hyphens=False)
+                     else textwrap.fill(line, WIDEST_LINE, subsequent_indent="  " if line.startswith("- ") else "",
+                                        break_long_words=False, break_on_hyphens=False)
                      for line in block.split("\n"))
 
 
 def section_text(section):
-    text = f"### {section['title']}\n"
+    text = f"## {section['title']}\n\n"
     if section["paper"]:
-        text += f"*The paper*: {sentence(section['paper'])} *Here*: {sentence(section['ours'])} **{section['verdict'].capitalize()}**: "
+        text += (f"- *The paper*: {sentence(section['paper'])}\n- *Here*: {sentence(section['ours'])}\n"
+                 f"- **{section['verdict'].capitalize()}**: {sentence(section['why'])}\n\n")
     else:
-        text += sentence(section["ours"]) + " "
-    return text + sentence(section["why"]) + "\n\n" + markdown_table(section["table"])
+        text += f"{sentence(section['ours'])}\n\n{sentence(section['why'])}\n\n"
+    return text + markdown_table(section["table"])
 
 
 def facts(file, report):
     machine = report["machine"]
-    remarks = " " + report["remarks"] if report.get("remarks") else ""
-    return (f"{machine['cpu']}, {machine['cores']} cores; {machine['compiler']}, {machine['build_type']}; commit `{machine['commit']}`; "
-            f"{report['effort']}, {report['date']}, load of the machine up to {report['load']:.1f}: [bench/results/{file.name}]({{path}}bench/results/{file.name}).{remarks}")
+    remarks = f" Remarks: {sentence(report['remarks'])}" if report.get("remarks") else ""
+    return (f"Measured on {machine['cpu']}, {machine['cores']} cores; {machine['compiler']}, {machine['build_type']}; "
+            f"commit `{page.short_commit(machine['commit'])}`; {report['date']}; load of the machine up to {report['load']:.1f}. "
+            f"Parts and their effort: {report['effort']}. All figures: [JSON]({{path}}bench/results/{file.name}).{remarks}")
 
 
 def benchmarks(file, report):
@@ -119,18 +131,35 @@ def answers(report):
     return rows if all(rows) else None
 
 
-def figures(reports):
-    """Of the newest report that answers all questions."""
-    file, report = next(((file, report) for file, report in reports if answers(report)), (None, None))
-    if report is None:
+def newest_with_answers(reports):
+    """The newest report that answers all questions."""
+    found = next(((file, report) for file, report in reports if answers(report)), None)
+    if found is None:
         raise SystemExit("docs.py: found no report with a million tets, expected one of './dev bench' for README.md")
+    return found
+
+
+def four_rows(report):
     lines = ["| question, answered in each frame | Palpate | fastest other library | times as long |", "|---|---:|---:|---:|"]
     for (_, _, question), (ours, peer) in zip(QUESTIONS, answers(report)):
         lines.append(f"| {question} | {ours[6]:.3g} ms | {peer[6]:.3g} ms, {peer[2]} | {peer[6] / ours[6]:.3g} |")
-    lines += ["", "*Conditions*: one thread; 2 % of the points changed their cell since the frame before; medians over frames; each other library in its fastest mode. "
-              "Palpate has coherence between frames on, the default; without it see the table of [docs/benchmarks.md](docs/benchmarks.md), "
-              "“What we set out to reach”. These times are for contacts only. That page also has whole steps of a simulation, in which the solver takes most of the time.", ""]
-    return "\n".join(lines) + "\n" + facts(file, report).format(path="") + "\n"
+    return "\n".join(lines) + "\n"
+
+
+def figures(reports):
+    """Of README.md."""
+    file, report = newest_with_answers(reports)
+    conditions = ("*Conditions*: one thread; 2 % of the points changed their cell since the frame before; medians over frames; each other library in its fastest mode. "
+                  "Palpate reuses results of the frame before (coherence), which is the default. "
+                  "These times are for detection only. In a whole step of a simulation, the solver takes most of the time "
+                  "([steps](docs/benchmarks-steps.md)).")
+    return f"{four_rows(report)}\n{conditions}\n\n{facts(file, report).format(path='')}\n"
+
+
+def four_answers(reports):
+    """Of docs/benchmarks.md."""
+    file, report = newest_with_answers(reports)
+    return f"{four_rows(report)}\n{facts(file, report).format(path='../')}\n"
 
 
 def pages(root):
@@ -145,11 +174,15 @@ def pages(root):
         tables[name] = module.table(kept[name])
     for name in ("step scenes", "step scenes before"):
         tables[name] = step_scenes_table.table(json.loads((results / f"{name.replace(' ', '-')}.json").read_text()))
-    return {
-        root / "docs/benchmarks.md": {"report": benchmarks(file, report), **{f"{name} table": text for name, text in tables.items()}},
-        root / "docs/paper-map.md": {"findings": findings(file, report)},
-        root / "README.md": {"figures": figures(reports)},
+    blocks = {
+        "docs/benchmarks.md": {"answers": four_answers(reports)},
+        "docs/benchmarks-report.md": {"report": benchmarks(file, report)},
+        "docs/paper-map.md": {"findings": findings(file, report)},
+        "README.md": {"figures": figures(reports)},
     }
+    for place, names in TABLES_OF_PAGES.items():
+        blocks.setdefault(place, {}).update({f"{name} table": tables[name] for name in names})
+    return {root / place: named for place, named in blocks.items()}
 
 
 def main(arguments):

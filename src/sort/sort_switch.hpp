@@ -10,7 +10,7 @@ namespace palpate {
 class SortSwitch {
  public:
   /// Fractions of movers at which repair costs as much as a full sort, and at which it is clearly cheaper;
-  /// measured (docs/benchmarks.md, "The switch").
+  /// measured (docs/benchmarks-sorts.md, "The switch").
   static constexpr double upper_fraction = 0.14;
   static constexpr double lower_fraction = 0.10;
 
