@@ -13,7 +13,7 @@
 
 /// Commands of a page: a JSON object with one key, the name of the command, and its arguments as an object:
 /// {"pull": {"vertex": 17, "target": [0, 0, 1]}}. Positions are relative to the origin that was sent to the
-/// page, vertices are the vertices of Surface. docs/viewer.md lists all commands.
+/// page, vertices are the vertices of Surface. docs/viewer-server.md lists all commands.
 namespace palpate::view {
 
 struct Play {

@@ -10,7 +10,7 @@
 
 namespace palpate::test {
 
-/// A binary message, read as docs/viewer.md describes it.
+/// A binary message, read as docs/viewer-server.md describes it.
 struct Read {
   nlohmann::json header;
   std::map<std::string, std::vector<float>> floats;

@@ -138,7 +138,7 @@ INSTANTIATE_TEST_SUITE_P(Gallery, Pulls,
                                            "examples/scenes/two-stiffnesses.json"),
                          name_of);
 /// Ten stiff blocks on each other: pulls need more iterations than the scene allows, and steps report that
-/// (docs/viewer.md). All else holds.
+/// (docs/viewer-server.md). All else holds.
 TEST(PullsTower, TurnNoTetInsideOut) {
   const auto source = source_of("examples/scenes/tower.json");
   const Worst worst = hold_and_jerk(*source, 0.1, 5);
