@@ -43,16 +43,38 @@ std::size_t ContactSolver::most_directions(const Run& run) {
                                              static_cast<double>(ReducedStep::max_directions)));
 }
 
+/// Number of iterations that make a direction: as many as cost as much as a step in the span. One with
+/// multigrid, whose iterations cost more than the step.
+int ContactSolver::inner_iterations(const Run& run) {
+  constexpr double most = 16.0;
+  constexpr double directions = 24.0;  // typical
+  // Operations, rounded from a profile.
+  constexpr double of_contact_laws = 1500.0;  // a contact: laws and derivatives at a few velocities
+  constexpr double of_rates = 60.0;           // a contact and direction
+  constexpr double of_derivatives = 8.0;      // a contact and pair of directions; most have not changed
+  constexpr double of_direction = 18.0;       // a row and direction
+  constexpr double of_vectors = 60.0;         // a row, in an inner iteration
+  constexpr double of_coupling = 150.0;       // in a product
+  if (run.report.multigrid || run.goal.fixed_iterations > 0) return 1;
+  const auto contacts = static_cast<double>(run.problem.laws.size());
+  const auto rows = static_cast<double>(run.points().size());
+  const auto bytes = static_cast<double>(run.problem.system->blocks().value_bytes());
+  const double step = contacts * (of_contact_laws + directions * (of_rates + of_derivatives * directions)) +
+                      of_direction * rows * directions;
+  const double inner = 18.0 * bytes / (9.0 * sizeof(float)) + of_vectors * rows + of_coupling * contacts;
+  return static_cast<int>(std::clamp(step / inner, 1.0, most));
+}
+
 /// Doubles the number of directions if the residual hardly falls, because with contacts, dropping directions
 /// slows convergence most. Returns false if there are enough, or no more are allowed.
 bool ContactSolver::grow(Run& run) {
   constexpr int window = 8;
-  constexpr double slow = 0.9;  // an iteration that reduces the residual less is slow
-  const int iterations = run.report.iterations - run.past;
-  if (iterations < window) return false;
+  constexpr double slow = 0.9;  // a step that reduces the residual less is slow
+  const int steps = run.steps - run.past;
+  if (steps < window) return false;
   double expected = run.past_residual;
-  for (int i = 0; i < iterations; ++i) expected *= slow;
-  run.past = run.report.iterations;
+  for (int i = 0; i < steps; ++i) expected *= slow;
+  run.past = run.steps;
   run.past_residual = run.residual();
   const double most =
       std::min(most_by_memory(run.points().size()), static_cast<double>(ReducedStep::max_directions));
@@ -100,13 +122,15 @@ void ContactSolver::restart(Run& run, bool keeps_directions) {
 
 /// Chooses the first preconditioner, and when to change to multigrid, as ConjugateGradients does.
 void ContactSolver::choose(Run& run) {
+  run.inner = inner_iterations(run);
   if (run.goal.preconditioner == Preconditioner::jacobi) return;
-  const int most =
-      std::min(ConjugateGradients::patience(*run.problem.stiffened), run.goal.max_iterations * 9 / 10);
+  const int most = std::min(ConjugateGradients::patience(*run.problem.stiffened),
+                            run.inner * run.goal.max_iterations * 9 / 10);
   if (run.goal.preconditioner == Preconditioner::automatic && run.report.jacobi_iterations < most) {
     run.change_at = most;
   } else {
     run.report.multigrid = true;
+    run.inner = 1;
   }
 }
 
@@ -114,6 +138,7 @@ void ContactSolver::change_preconditioner(Run& run) {
   run.report.jacobi_iterations = run.change_at;
   run.change_at = std::numeric_limits<int>::max();
   run.report.multigrid = true;
+  run.inner = 1;
   renew_preconditioner(run);
   estimate_.clear();
   change_estimate_.clear();
@@ -133,7 +158,33 @@ void ContactSolver::renew_preconditioner(Run& run) {
   run.multigrid.update(run.threads, system, run.positions);
 }
 
+/// Brings the preconditioner up to date at the start of an iteration.
+void ContactSolver::keep_current(Run& run) {
+  const bool first = run.steps == 0;
+  if (run.report.iterations >= run.change_at) {
+    change_preconditioner(run);
+  } else if (first && run.report.multigrid) {
+    run.multigrid.update(run.threads, *run.problem.stiffened, run.positions);
+  } else if (run.report.iterations >= run.renew_at && !first) {
+    renew_preconditioner(run);
+  } else if (!first) {
+    return;
+  }
+  run.renew_at = run.report.iterations + renewal;
+}
+
+/// Makes the next direction, and counts its iterations.
 void ContactSolver::precondition(Run& run) {
+  if (run.inner > 1) {
+    constexpr double reduction = 0.1;  // contacts limit the use of a more exact direction
+    constexpr double enough = 0.3;     // of what the goal needs
+    const double needed =
+        enough * run.goal.tolerance / std::max(run.report.relative_error, run.goal.tolerance);
+    run.report.iterations += inner_.apply(run.threads, *run.problem.stiffened, residual_, preconditioned_,
+                                          run.inner, std::max(reduction, needed));
+    return;
+  }
+  ++run.report.iterations;
   if (run.report.multigrid) {
     run.multigrid.apply(run.threads, *run.problem.stiffened, residual_, preconditioned_);
     return;
@@ -185,7 +236,8 @@ void ContactSolver::estimate_error(Run& run) const {
   if (run.squares == 0.0) return;
   const double unit = std::max(residual_of_zero_, run.goal.least_residual);
   run.report.relative_residual = run.residual() / unit;
-  const double estimate = run.report.multigrid ? safety * change_estimate_.error() : estimate_.error();
+  const bool fast = run.report.multigrid || run.inner > 1;
+  const double estimate = fast ? safety * change_estimate_.error() : estimate_.error();
   run.report.relative_error = std::min(run.scale * std::sqrt(run.by_mass), estimate) / run.solution_unit();
 }
 
@@ -236,26 +288,18 @@ SolveReport ContactSolver::solve(const parallel::Threads& threads, const Contact
   if (reduced_.directions() > 0) reduced_.solve(threads);  // the directions of the last call
   compute_residual(run);
   run.past_residual = run.residual();
-  bool begun = false;
   const bool fixed = goal.fixed_iterations > 0;
   const int most = fixed ? goal.fixed_iterations : goal.max_iterations;
   while (true) {
     estimate_error(run);
-    if ((!fixed && run.reached()) || run.report.iterations >= most) {
+    if ((!fixed && run.reached()) || run.steps >= most) {
       const bool near = check_true_residual(run);
       estimate_error(run);
       // The true residual may be slightly above the goal although the float residual was below it.
       const bool done = near && (fixed || run.reached());
-      if (done || run.residual_checks >= max_residual_checks || run.report.iterations >= most) break;
+      if (done || run.residual_checks >= max_residual_checks || run.steps >= most) break;
     }
-    if (run.report.iterations >= run.change_at) {
-      change_preconditioner(run);
-    } else if (begun && run.report.iterations % renewal == 0) {
-      renew_preconditioner(run);
-    } else if (!begun && run.report.multigrid) {
-      multigrid.update(threads, *problem.stiffened, positions);
-    }
-    begun = true;
+    keep_current(run);
     if (reduced_.directions() == reduced_.capacity() && !grow(run)) shrink(run);
     precondition(run);
     if (!add_direction(run)) {
@@ -264,7 +308,7 @@ SolveReport ContactSolver::solve(const parallel::Threads& threads, const Contact
       break;
     }
     apply_step(run);
-    ++run.report.iterations;
+    ++run.steps;
     if (run.broken) {
       // Rounding has made the directions linearly dependent: restart with the true residual.
       run.exact_products = true;
@@ -282,7 +326,7 @@ SolveReport ContactSolver::solve(const parallel::Threads& threads, const Contact
     reduced_.begin(reduced_.capacity());
   }
   // Even with a good hierarchy, a nonlinear solve takes about three times the iterations of a linear one.
-  if (run.report.multigrid) multigrid.count(run.report.iterations / 3);
+  if (run.report.multigrid) multigrid.count(run.steps / 3);
   return run.report;
 }
 

@@ -6,6 +6,7 @@
 #include "fem/conjugate_gradients.hpp"
 #include "fem/contact_law.hpp"
 #include "fem/error_estimate.hpp"
+#include "fem/inner_solve.hpp"
 #include "fem/linear_system.hpp"
 #include "fem/multigrid.hpp"
 #include "fem/reduced_step.hpp"
@@ -35,6 +36,9 @@ struct ContactProblem {
 /// contacts it equals conjugate gradients. Contacts may change their status any number of times between two
 /// products. So a step takes as many iterations as one linear solve, or a few times that.
 ///
+/// With thousands of contacts, the step in the span costs more than many products. Then a few iterations of
+/// conjugate gradients with linearised contacts make each direction (InnerSolve), as many as the step costs.
+///
 /// Memory and the cost of the contacts limit the number of directions. At the limit, the last step and the
 /// last few directions are kept. The preconditioner is renewed with the current contacts every few
 /// iterations. Vectors are in float, by rows, on a residual scaled to about 1; their sum is checked in
@@ -55,6 +59,7 @@ class ContactSolver {
   struct Run;
   void resize(const Run& run);
   [[nodiscard]] static std::size_t most_directions(const Run& run);
+  [[nodiscard]] static int inner_iterations(const Run& run);
   void start(Run& run, bool goes_on);
   void restart(Run& run, bool keeps_directions);
   void find_residual(const Run& run);
@@ -68,6 +73,7 @@ class ContactSolver {
   void choose(Run& run);
   void change_preconditioner(Run& run);
   void renew_preconditioner(Run& run);
+  void keep_current(Run& run);
   void precondition(Run& run);
   bool add_direction(Run& run);
   double multiply(const Run& run, std::size_t direction);
@@ -86,6 +92,7 @@ class ContactSolver {
   }
 
   ReducedStep reduced_;
+  InnerSolve inner_;
   double residual_of_zero_ = 0.0;  ///< reference for relative residuals, N s
   // One value for each row, in float.
   std::size_t values_ = 0;                    ///< number of values in a vector

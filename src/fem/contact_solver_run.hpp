@@ -29,8 +29,11 @@ struct ContactSolver::Run {
   double decrease = 0.0;       ///< z^T r of the last direction: decrease of the energy for a unit of c
   double size = 0.0;           ///< mass norm of x
   int residual_checks = 0;     ///< number of checks of the true residual
-  double past_residual = 0.0;  ///< true size of the residual at iteration `past`, N s
-  int past = 0;                ///< iteration at which the number of directions was last checked
+  double past_residual = 0.0;  ///< true size of the residual at step `past`, N s
+  int inner = 1;               ///< largest number of iterations that make a direction
+  int steps = 0;               ///< steps in the span
+  int past = 0;                ///< number of steps at the last check of the number of directions
+  int renew_at = 0;            ///< iteration at which the preconditioner is renewed
   bool broken = false;         ///< the last direction was linearly dependent
   bool exact_products = false;
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "fem/envelope_cholesky.hpp"
+#include "fem/inner_solve.hpp"
 #include "fem/meshes.hpp"
 #include "fem/system.hpp"
 
@@ -51,6 +52,62 @@ TEST(EnvelopeCholesky, LeavesOutWhatHasNoStiffness) {
   std::vector<Vector6> b{{4.0, 8.0, 12.0, 16.0, 20.0, 24.0}};
   factor.solve(b);
   EXPECT_EQ(b[0], (Vector6{1.0, 2.0, 0.0, 4.0, 5.0, 6.0}));
+}
+
+/// The block diagonal of a matrix.
+Eigen::MatrixXd block_diagonal(const Eigen::MatrixXd& a) {
+  Eigen::MatrixXd blocks = Eigen::MatrixXd::Zero(a.rows(), a.cols());
+  for (Eigen::Index i = 0; i < a.rows(); i += 3) blocks.block<3, 3>(i, i) = a.block<3, 3>(i, i);
+  return blocks;
+}
+
+TEST(InnerSolve, FindsTheBestVectorOfTheKrylovSpace) {
+  System s(2);
+  Eigen::MatrixXd a = s.dense();
+  s.restrict(a);
+  const Eigen::VectorXd right = to_eigen(s.random_free_vector(5));
+  const Eigen::MatrixXd preconditioned = block_diagonal(a).llt().solve(a);
+  const Eigen::VectorXd exact = a.llt().solve(right);
+  InnerSolve inner;
+  std::vector<float> found(s.matrix.row_count() * 3);
+  for (const int count : {1, 2, 5, 9}) {
+    // An orthonormal basis of D^-1 r, D^-1 A D^-1 r, ...; the best vector has the least error in the norm of
+    // A.
+    Eigen::MatrixXd basis(right.size(), count);
+    Eigen::VectorXd next = block_diagonal(a).llt().solve(right);
+    for (int k = 0; k < count; ++k) {
+      for (int pass = 0; pass < 2; ++pass) {
+        for (int j = 0; j < k; ++j) next -= basis.col(j).dot(next) * basis.col(j);
+      }
+      basis.col(k) = next.normalized();
+      next = preconditioned * basis.col(k);
+    }
+    const Eigen::VectorXd best =
+        basis * (basis.transpose() * a * basis).llt().solve(basis.transpose() * right);
+    const auto r = floats_by_row(s, s.random_free_vector(5));
+    EXPECT_EQ(inner.apply(s.threads, s.system, r, found, count, 0.0), count);
+    const Eigen::VectorXd error = to_eigen(by_point(s, found)) - best;
+    EXPECT_LT(std::sqrt(error.dot(a * error)), 1e-4 * std::sqrt(exact.dot(a * exact))) << count;
+  }
+}
+
+TEST(InnerSolve, StopsAtTheReduction) {
+  System s(1);
+  Eigen::MatrixXd a = s.dense();
+  s.restrict(a);
+  const Eigen::VectorXd right = to_eigen(s.random_free_vector(6));
+  InnerSolve inner;
+  std::vector<float> found(s.matrix.row_count() * 3);
+  const auto residual_after = [&](int most, double reduction, int& iterations) {
+    iterations =
+        inner.apply(s.threads, s.system, floats_by_row(s, s.random_free_vector(6)), found, most, reduction);
+    return (right - a * to_eigen(by_point(s, found))).norm() / right.norm();
+  };
+  int iterations = 0;
+  EXPECT_LE(residual_after(1000, 0.1, iterations), 0.1001);
+  int ignored = 0;
+  EXPECT_GT(residual_after(iterations - 1, 0.1, ignored), 0.0999);
+  EXPECT_EQ(ignored, iterations - 1);
 }
 
 /// Stiff blocks on springs above each other: a bad case for block Jacobi.
