@@ -278,21 +278,29 @@ test("a cut across the view looks at the eye; buttons and keys of the view", asy
 
 test("what is chosen while nothing moves is drawn, also after shadows were", async () => {
   const server = await serve("blue.json", { flags: ["--paused"] });
-  // No picture is slow, so none is drawn again with more pixels.
-  const page = await open(server.address, {}, () => (performance.now = () => 0));
+  const page = await open(server.address, {}, () => {
+    performance.now = () => 0;  // no picture is slow, so none is drawn again with more pixels
+    const real = window.requestAnimationFrame.bind(window);
+    window.requestAnimationFrame = (draw) => real(function later(now) { window.held ? real(later) : draw(now); });
+  });
+  /** All that follows from an action comes into one picture, as on a busy machine. */
+  const inOnePicture = async (act) => {
+    await page.evaluate(() => (window.held = true));
+    await act();
+    await page.waitForTimeout(500);
+    await page.evaluate(() => (window.held = false));
+    await page.waitForTimeout(500);
+  };
   const seen = async () => (await patch(page, (r, g, b) => b > r + 30 && b > 120)).count;
   const shown = ".body:has-text('box') input[type=checkbox]";
   for (let turn = 0; turn < 2; ++turn) {
-    await page.uncheck(shown);
-    await page.waitForTimeout(800);
-    await page.check(shown);  // draws the shadows anew
-    await page.waitForTimeout(800);
+    await inOnePicture(() => page.uncheck(shown));
+    await inOnePicture(() => page.check(shown));  // draws the shadows anew
     const blues = await seen();
     assert.ok(blues > 20000, "the body in its colour");
-    await page.selectOption("#colouring", "displacement");
-    await page.waitForTimeout(800);
+    await inOnePicture(() => page.selectOption("#colouring", "displacement"));
     assert.ok((await seen()) < 0.2 * blues, "now in the colour of 0; some of the legend is blue");
-    await page.selectOption("#colouring", "body");
+    await inOnePicture(() => page.selectOption("#colouring", "body"));
   }
   noComplaints(page);
   await page.close();
