@@ -295,7 +295,7 @@ test("what is chosen while nothing moves is drawn, also after shadows were", asy
   const shown = ".body:has-text('box') input[type=checkbox]";
   for (let turn = 0; turn < 2; ++turn) {
     await inOnePicture(() => page.uncheck(shown));
-    await inOnePicture(() => page.check(shown));  // draws the shadows anew
+    await inOnePicture(() => page.check(shown));  // draws the shadows again
     const blues = await seen();
     assert.ok(blues > 20000, "the body in its colour");
     await inOnePicture(() => page.selectOption("#colouring", "displacement"));

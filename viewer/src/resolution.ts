@@ -28,7 +28,7 @@ export class Resolution {
     this.began = 0;
     this.slow = took > slowPicture ? this.slow + 1 : Math.max(0, this.slow - 1);
     if (this.slow >= patience && this.fraction === 1) this.set(0.5);
-    // From the end of a picture, not its begin: one may take longer than this.
+    // From the end of a picture: one may take longer than this.
     if (this.fraction < 1) this.timer = window.setTimeout(() => this.set(1), rest);
   }
 
