@@ -29,11 +29,13 @@ async function waitFor(page, check) {
 
 const time = async (page) => Number(/t = ([\d.]+)/.exec(await page.textContent("#clock"))[1]);
 
-/** Steps until a simulated time, so that the picture does not depend on how fast this machine is. */
-async function playTo(page, end) {
-  await page.click("#play");
-  await waitFor(page, async () => (await time(page)) >= end);
-  await page.click("#play");
+/** Single steps until a simulated time, so that the picture does not depend on how fast this machine is. */
+async function stepTo(page, end) {
+  while ((await time(page)) < end - 1e-9) {
+    const before = await page.textContent("#clock");
+    await page.keyboard.press("n");
+    await waitFor(page, async () => (await page.textContent("#clock")) !== before);
+  }
 }
 
 /** Draws the mouse's arrow where it is: pictures leave it out. */
@@ -82,11 +84,7 @@ async function animation() {
   let far = 0;
   for (let step = 0; step < 38; ++step) {
     // By single steps, so that each picture has all its pixels: while it runs, a slow machine draws fewer.
-    while ((await time(page)) < 0.04 * step - 1e-9) {
-      const before = await page.textContent("#clock");
-      await page.keyboard.press("n");
-      await waitFor(page, async () => (await page.textContent("#clock")) !== before);
-    }
+    await stepTo(page, 0.04 * step);
     if (step === 11) [x, y] = await nearestPoint(page, at, x, y);
     if (step === 12) await page.mouse.down();
     // Further until the hand feels 15 mN, which the tissue can bear.
@@ -131,14 +129,14 @@ const shown = {
   stored: [() => store("scenes/eye.json", 130), 1.3, async (page) => { await page.selectOption("#colouring", "displacement"); }],
 };
 
-/** Plays to a time; in stored results the slider goes to their end. */
+/** Goes to a time; in stored results the slider goes to their end. */
 async function showEnd(page, end) {
   if (await page.isVisible("#seek")) {
     await page.focus("#seek");
     await page.keyboard.press("End");
     await waitFor(page, async () => (await time(page)) >= end - 1e-9);
-  } else if ((await time(page)) < end) {
-    await playTo(page, end);
+  } else {
+    await stepTo(page, end);
   }
 }
 
@@ -154,6 +152,8 @@ async function look(what) {
     if (name === "phone") await page.click("#panel-toggle");
     await page.click("#fit");
     for (const theme of ["light", "dark"]) {
+      await page.evaluate(() => document.activeElement.blur());
+      await page.mouse.move(size.width / 2, 0);
       await page.waitForTimeout(1500);
       await page.screenshot({ path: join(folder, `viewer-${what}-${name}-${theme}.png`) });
       await page.click("#theme");

@@ -276,6 +276,66 @@ test("a cut across the view looks at the eye; buttons and keys of the view", asy
   await server.end();
 });
 
+test("what is chosen while nothing moves is drawn, also after shadows were", async () => {
+  const server = await serve("blue.json", { flags: ["--paused"] });
+  const page = await open(server.address, {}, () => {
+    performance.now = () => 0;  // no picture is slow, so none is drawn again with more pixels
+    const real = window.requestAnimationFrame.bind(window);
+    window.requestAnimationFrame = (draw) => real(function later(now) { window.held ? real(later) : draw(now); });
+  });
+  /** All that follows from an action comes into one picture, as on a busy machine. */
+  const inOnePicture = async (act) => {
+    await page.evaluate(() => (window.held = true));
+    await act();
+    await page.waitForTimeout(500);
+    await page.evaluate(() => (window.held = false));
+    await page.waitForTimeout(500);
+  };
+  const seen = async () => (await patch(page, (r, g, b) => b > r + 30 && b > 120)).count;
+  const shown = ".body:has-text('box') input[type=checkbox]";
+  for (let turn = 0; turn < 2; ++turn) {
+    await inOnePicture(() => page.uncheck(shown));
+    await inOnePicture(() => page.check(shown));  // draws the shadows again
+    const blues = await seen();
+    assert.ok(blues > 20000, "the body in its colour");
+    await inOnePicture(() => page.selectOption("#colouring", "displacement"));
+    assert.ok((await seen()) < 0.2 * blues, "now in the colour of 0; some of the legend is blue");
+    await inOnePicture(() => page.selectOption("#colouring", "body"));
+  }
+  noComplaints(page);
+  await page.close();
+  await server.end();
+});
+
+test("what keys hold, the mouse does not move; a click lets it go", async () => {
+  const server = await serve("glued.json");
+  const page = await open(server.address, {}, () => {
+    const real = WebSocket.prototype.send;
+    window.sent = [];
+    WebSocket.prototype.send = function (message) {
+      window.sent.push(Object.keys(JSON.parse(message))[0]);
+      real.call(this, message);
+    };
+  });
+  const sent = async (name) => (await page.evaluate(() => window.sent)).filter((one) => one === name).length;
+  const { x, y } = await middle(page);
+  await page.focus("#canvas");
+  await page.keyboard.press("g");
+  await until("it is held", async () => (await sent("pull")) === 1);
+  assert.equal(await page.isVisible("#crosshair"), true);
+  await page.mouse.move(x + 50, y + 50, { steps: 3 });
+  await page.waitForTimeout(200);
+  assert.equal(await sent("move_pull"), 0);
+  await page.keyboard.press("ArrowUp");
+  await until("keys move it", async () => (await sent("move_pull")) === 1);
+  await page.mouse.click(x, y);
+  await until("it is let go", async () => (await sent("let_go")) > 0);
+  assert.equal(await page.isVisible("#crosshair"), false);
+  noComplaints(page);
+  await page.close();
+  await server.end();
+});
+
 test("one finger pulls or turns, two bring nearer", async () => {
   const server = await serve("glued.json");
   const page = await open(server.address, { hasTouch: true }, () => {

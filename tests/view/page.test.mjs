@@ -163,6 +163,9 @@ test("finds the server again after a restart", async () => {
   let server = await serve("scene.json", { environment });
   const page = await open(server.address);
   await until("it plays", async () => (await time(page)) > 0.05);
+  await page.selectOption("#colouring", "depth");
+  await page.check("#cut");
+  await page.uncheck(".body:has-text('upper') input[type=checkbox]");
   await server.end();
   await until("it says so", () => page.isVisible("#notice"));
   server = await serve("scene.json", { environment, flags: ["--port", String(server.port), "--paused"] });
@@ -170,6 +173,9 @@ test("finds the server again after a restart", async () => {
   await page.click("#play");
   await until("it plays again", async () => (await time(page)) > 0.02);
   assert.equal(await page.isVisible("#notice"), false);
+  assert.equal(await page.inputValue("#colouring"), "depth", "what the user has chosen stays");
+  assert.equal(await page.isChecked("#cut"), true);
+  assert.equal(await page.isChecked(".body:has-text('upper') input[type=checkbox]"), false);
   const own = page.complaints.filter((c) => !/WebSocket connection|ERR_CONNECTION_REFUSED/.test(c));
   assert.deepEqual(own, [], "the browser itself reports the connections that failed; nothing else may");
   await page.close();

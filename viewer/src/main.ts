@@ -24,6 +24,8 @@ class Page {
   private readonly connection: Connection;
   private readonly touch: Touch;
   private stage?: Stage;
+  /** The header as it came: frames change parts of it. */
+  private stageText = "";
   private bodies?: BodySet;
   private layers?: Layers;
   private panel?: Panel;
@@ -44,6 +46,7 @@ class Page {
       bodies: () => this.bodies!,
       send: (name, values) => this.send(name, values),
       picked: (vertex) => this.pick(vertex),
+      released: () => (byId("crosshair").hidden = true),
       strength: () => this.panel?.strength ?? 1,
       hover: (body, x, y) => this.showHover(body, x, y),
       offset: (motion) => {
@@ -70,8 +73,20 @@ class Page {
     this.connection.send(name, values);
   }
 
+  /** Whether a message describes the scene that is shown, at its start. */
+  private isShown({ arrays }: Binary<Stage>, text: string): boolean {
+    const [rest, shown] = [arrays["rest"]!, this.bodies?.rest];
+    return text === this.stageText && rest.length === shown?.length && rest.every((x, i) => x === shown[i]);
+  }
+
   private takeStage(message: Binary<Stage>): void {
     const first = this.stage === undefined;
+    const text = JSON.stringify(message.header);
+    if (this.isShown(message, text)) {  // after a lost connection: what the user has chosen stays
+      this.panel?.clearTimes();
+      return;
+    }
+    this.stageText = text;
     const stage = (this.stage = message.header);
     this.view.scene.remove(...[this.bodies?.group, this.layers?.group].filter((g) => g !== undefined));
     this.bodies?.dispose();
@@ -237,6 +252,8 @@ class Page {
     } else {
       this.drawn = 0;
       this.frame = undefined;
+      this.touch.letGo();
+      byId("tags").replaceChildren();
       this.notices.show("No connection to the server; trying again.", true);
     }
   }
@@ -319,13 +336,10 @@ class Page {
 
   /** Grabs the place in the middle of the view, or releases it. */
   private toggleHold(): void {
-    const crosshair = byId("crosshair");
-    if (this.touch.holds) this.touch.letGo();
-    else {
-      const { x, y } = this.view.middle();
-      if (!this.touch.take(x, y)) this.notices.show("There is nothing to pull at the middle of the view.");
-    }
-    crosshair.hidden = !this.touch.holds;
+    if (this.touch.holds) return this.touch.letGo();
+    const { x, y } = this.view.middle();
+    if (!this.touch.take(x, y)) this.notices.show("There is nothing to pull at the middle of the view.");
+    byId("crosshair").hidden = !this.touch.holds;
   }
 
   private arrow(x: number, y: number): void {

@@ -170,7 +170,7 @@ export class Panel {
   private point(): HTMLElement {
     const strength = slider({ id: "strength", label: "Strength of the pull", low: 0.05, high: 20, value: 1, logarithmic: true, show: (s) => `× ${short(s)}`, change: (s) => (this.strength = s) });
     const children: Node[] = this.stage.mode === "live"
-      ? [row("Pull strength", strength.element), make("small", {}, "The force of a pull is limited to what the tissue can bear.")] : [];
+      ? [row("Strength", strength.element), make("small", {}, "The force of a pull is limited to what the tissue can bear.")] : [];
     return section("Touch", true, this.pick, ...children);
   }
 

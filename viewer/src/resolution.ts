@@ -19,7 +19,6 @@ export class Resolution {
   draws(): void {
     this.began = performance.now();
     clearTimeout(this.timer);
-    if (this.fraction < 1) this.timer = window.setTimeout(() => this.set(1), rest);
   }
 
   /** Call when the browser is ready for the next picture. */
@@ -29,6 +28,8 @@ export class Resolution {
     this.began = 0;
     this.slow = took > slowPicture ? this.slow + 1 : Math.max(0, this.slow - 1);
     if (this.slow >= patience && this.fraction === 1) this.set(0.5);
+    // From the end of a picture: one may take longer than this.
+    if (this.fraction < 1) this.timer = window.setTimeout(() => this.set(1), rest);
   }
 
   private set(fraction: number): void {

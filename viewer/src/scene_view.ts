@@ -94,6 +94,9 @@ export class SceneView {
   draw(): void {
     this.stale = false;
     this.beforeDrawing();
+    // three.js uploads a geometry once per number of a frame. It draws shadows with the number of the next frame, which would then
+    // be drawn without its changes, and a body with new buffers not at all from then on.
+    ++this.renderer.info.render.frame;
     this.renderer.render(this.scene, this.camera);
   }
 

@@ -14,6 +14,8 @@ export interface Hand {
   picked(vertex: number | null): void;
   /** Called when a body, or none, is under the mouse; in pixels from the corner of the view. */
   hover(body: number | null, x: number, y: number): void;
+  /** Called when nothing is held any more. */
+  released(): void;
   strength(): number;
   /** None where nothing moves the body in this stage. */
   offset(motion: number): [number, number, number] | undefined;
@@ -39,7 +41,8 @@ export class Touch {
     place.addEventListener("pointerdown", (event) => this.press(event), { capture: true });
     view.canvas.addEventListener("pointermove", (event) => {
       if (!event.isPrimary) return;
-      this.move(event.clientX, event.clientY);
+      // What keys hold, keys move.
+      if (view.canvas.hasPointerCapture(event.pointerId)) this.move(event.clientX, event.clientY);
       this.lookUnder(event);
     });
     view.canvas.addEventListener("pointerleave", () => this.hand.hover(null, 0, 0));
@@ -137,5 +140,6 @@ export class Touch {
     this.view.controls.enabled = true;
     if (this.grip?.kind === "pull") this.hand.send("let_go");
     this.grip = null;
+    this.hand.released();
   }
 }
