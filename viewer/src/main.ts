@@ -44,7 +44,7 @@ class Page {
     this.touch = new Touch(this.view, {
       stage: () => this.stage!,
       bodies: () => this.bodies!,
-      send: (name, values) => this.send(name, values),
+      send: (name, values) => this.sendOfHand(name, values),
       picked: (vertex) => this.pick(vertex),
       released: () => (byId("crosshair").hidden = true),
       strength: () => this.panel?.strength ?? 1,
@@ -114,6 +114,12 @@ class Page {
     if (first) this.panel.showFirstView();
     this.look();
     this.reshade();
+  }
+
+  /** Sends what a hand does. Tissue follows only in steps, so a pull in a pause says so. */
+  private sendOfHand(name: string, values?: object): void {
+    this.send(name, values);
+    if (name === "move_pull" && this.state?.playing === false) this.notices.show("The scene is paused. Tissue follows the pull when it plays (Space).");
   }
 
   /** Fits the visible parts into the frame, as seen from a direction; without one, from the current direction. */
