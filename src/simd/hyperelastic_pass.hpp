@@ -48,8 +48,9 @@ struct HyperelasticPass {
 
 /// Forces, energies and positive semi-definite stiffness of hyperelastic tets (formulas:
 /// fem/hyperelastic.hpp), one per lane. Leaves the same elements to the caller as element_pass(). Singular
-/// values follow from its rotation R: R^T F = V diag(s) V^T, by four sweeps of Jacobi rotations.
-/// fem/hyperelastic.cpp is the same in plain C++, equal up to rounding.
+/// values follow from its rotation R: R^T F = V diag(s) V^T, by four sweeps of Jacobi rotations; most tets of
+/// the stable neo-Hookean law need none (twist_lanes-inl.hpp). fem/hyperelastic.cpp is the same in plain C++,
+/// equal up to rounding.
 /// \param begin,end  elements; multiples of element_group
 void hyperelastic_pass(const HyperelasticPass& pass, std::size_t begin, std::size_t end);
 
