@@ -25,7 +25,7 @@ PAPER_ITEMS = ("table-1", "figure-6", "figure-7", "sorting", "z-curve", "cache-m
 LONGEST_TABLE = 120
 WIDEST_LINE = 120
 # Of `palpate bench speed`, with a table of goals.
-SPEED_PARTS = ("query", "handling", "movers", "dynamics", "step")
+SPEED_PARTS = ("query", "handling", "movers", "dynamics", "step", "tissue")
 
 TABLES_OF_PAGES = {
     "docs/benchmarks.md": ["speed"],

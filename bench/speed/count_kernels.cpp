@@ -158,7 +158,9 @@ struct Membranes {
 std::size_t dynamics(const CountTask& task) {
   const std::string_view kernel = task.kernel;
   const parallel::Threads threads(1);
-  const Membranes membranes(task.cells);
+  Membranes membranes(task.cells);
+  const bool neo_hookean = kernel == "element pass, neo-Hookean";
+  if (neo_hookean) membranes.material.model = MaterialModel::stable_neo_hookean;
   OurDynamics ours(membranes.bodies, membranes.material, membranes.free, membranes.masses);
   const auto rest = membranes.bodies.points_rest();
   const std::size_t tets = membranes.bodies.tets().size();
@@ -172,7 +174,7 @@ std::size_t dynamics(const CountTask& task) {
   std::size_t units = 0;
   for (std::uint32_t f = 1; f <= task.frames; ++f) {
     const std::vector<Vec3> positions = deformed(rest, static_cast<int>(f));
-    if (kernel == "element pass") {
+    if (neo_hookean || kernel == "element pass") {
       count([&] { ours.elements.update(threads, positions); });
       units += tets;
     } else if (kernel == "assembly") {

@@ -12,13 +12,14 @@ struct Kernel {
   int frames_for_one = 1;  ///< frames asked for, for each that is counted: more where counting takes minutes
 };
 
-inline constexpr std::array<Kernel, 11> kernels{{{"point query, full rebuild", "tet"},
+inline constexpr std::array<Kernel, 12> kernels{{{"point query, full rebuild", "tet"},
                                                  {"point query, coherent", "tet"},
                                                  {"crossings", "border edge"},
                                                  {"depth", "contact"},
                                                  {"whole detection", "tet"},
                                                  {"step of the falling stack", "tet", 2},
                                                  {"element pass", "tet"},
+                                                 {"element pass, neo-Hookean", "tet"},
                                                  {"assembly", "tet"},
                                                  {"product with the matrix", "point"},
                                                  {"conjugate gradients", "point and iteration"},

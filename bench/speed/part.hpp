@@ -45,6 +45,7 @@ Part handling_part(const SpeedEffort& effort);      ///< border edges beside Emb
 Part movers_part(const SpeedEffort& effort);        ///< putting movers in order, beside std::sort
 Part dynamics_part(const SpeedEffort& effort);      ///< a step's system and its solution, beside Eigen
 Part step_part(const SpeedEffort& effort);          ///< whole steps, beside SOFA
+Part tissue_part(const SpeedEffort& effort);        ///< a hyperelastic law beside the corotational one
 Part instructions_part(const SpeedEffort& effort);  ///< instructions of kernels, without a clock
 /// Measures the cases one after the other into head["cases"], and head["table"] of them. Each time the file
 /// is rewritten, so that an interrupted run keeps its results.

@@ -203,6 +203,17 @@ Json step_rows(const Json& cases) {
   return rows;
 }
 
+Json tissue_rows(const Json& cases) {
+  Json rows = Json::array();
+  for (const Json& c : cases) {
+    const double ours = c.at("neo_hookean_ms");
+    const double other = c.at("corotational_ms");
+    rows.push_back(with_verdict({"stable neo-Hookean over corotational: " + c.at("name").get<std::string>(),
+                                 "ms", ours, other, "corotational", ours / other}));
+  }
+  return rows;
+}
+
 Json instructions_rows(const Json& cases) {
   Json rows = Json::array();
   for (const Json& c : cases) {

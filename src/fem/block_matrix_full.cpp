@@ -15,12 +15,12 @@ using Block = std::array<float, 9>;
 void add_term(const Elements& elements, std::uint32_t term, Block& sum) {
   const int i = static_cast<int>(term / 4 % 4);
   const int j = static_cast<int>(term % 4);
-  const double* block =
+  const float* block =
       elements.element_tangent(static_cast<Index>(term / 16)) + block_place(std::min(i, j), std::max(i, j));
   if (i < j) {
-    for (std::size_t k = 0; k < 9; ++k) sum[k] += static_cast<float>(block[k]);
+    for (std::size_t k = 0; k < 9; ++k) sum[k] += block[k];
   } else {
-    for (std::size_t k = 0; k < 9; ++k) sum[k] += static_cast<float>(block[3 * (k % 3) + k / 3]);
+    for (std::size_t k = 0; k < 9; ++k) sum[k] += block[3 * (k % 3) + k / 3];
   }
 }
 

@@ -136,7 +136,7 @@ class Elements {
   /// a_j^T.
   void add_stiffness(Index element, int i, int j, Matrix3& block) const;
   /// The tangent blocks of an element, tangent_values numbers (hyperelastic.hpp).
-  [[nodiscard]] const double* element_tangent(Index element) const;
+  [[nodiscard]] const float* element_tangent(Index element) const;
   /// The stiffness block K'_ij at rest, with R = I.
   [[nodiscard]] Matrix3 stiffness_rest(Index element, int i, int j) const;
   [[nodiscard]] std::span<const double> factors() const { return factor_; }  ///< at least (n_elements)
@@ -282,12 +282,13 @@ class Elements {
   SmoothingDomains smoothing_;
   std::vector<std::uint8_t> smoothed_;
   std::vector<std::uint8_t> hyperelastic_;
-  Columns<simd::law_columns> laws_;     ///< laws with the full bulk modulus; padded to whole groups
-  bool fibres_ = false;                 ///< some element has fibres
-  std::vector<Index> material_;         ///< into Materials::all
-  std::vector<double> active_stress_;   ///< Pa, at full activation
-  std::vector<double> tension_;         ///< Pa; laws_ hold it divided by the stiffness factor of viscosity
-  simd::AlignedVector<double> blocks_;  ///< simd::block_stride each
+  Columns<simd::law_columns> laws_;    ///< laws with the full bulk modulus; padded to whole groups
+  bool second_invariant_ = false;      ///< some element has a modulus of it
+  bool fibres_ = false;                ///< some element has fibres
+  std::vector<Index> material_;        ///< into Materials::all
+  std::vector<double> active_stress_;  ///< Pa, at full activation
+  std::vector<double> tension_;        ///< Pa; laws_ hold it divided by the stiffness factor of viscosity
+  simd::AlignedVector<float> blocks_;  ///< simd::block_stride each
   simd::AlignedVector<simd::Padded3> displacements_;  ///< (n_points), scratch
   CornerSums force_sums_;
   simd::AlignedVector<simd::Padded3> point_forces_;

@@ -92,6 +92,7 @@ void Elements::add_law(const Materials& materials, Index tet, Index body) {
       first,           second, bulk_of(lambda_[element], first), fibre.x, fibre.y, fibre.z, fibres.stiffness,
       fibres.exponent, 0.0};
   for (std::size_t k = 0; k < law.size(); ++k) laws_[k].push_back(law[k]);
+  second_invariant_ = second_invariant_ || second != 0.0;
   fibres_ = fibres_ || fibres.any();
   hyperelastic_.push_back(is_hyperelastic_tet(materials, tet, body) ? 1 : 0);
   smoothed_.push_back(is_smoothed_tet(materials, tet, body) ? 1 : 0);
@@ -167,6 +168,7 @@ simd::HyperelasticPass Elements::hyperelastic_pass(const simd::ElementPass& pass
   own.factors = pass.factors;
   for (std::size_t k = 0; k < laws_.size(); ++k) own.laws[k] = laws_[k].data();
   own.first_law = static_cast<std::size_t>(tangent_begin_);
+  own.second = second_invariant_;
   own.fibres = fibres_;
   own.energies = pass.energies;
   own.inverted = pass.inverted;
@@ -204,29 +206,30 @@ void Elements::update_hyperelastic(std::size_t element, std::span<const Vec3> po
   }
   store(-sum, forces);
   const std::size_t place = block_stride * (element - static_cast<std::size_t>(tangent_begin_));
-  put_blocks(tangent(law, h), law.fibre, gradients, factor_[element] * volume_[element],
-             std::span<double, tangent_values>(&blocks_[place], tangent_values));
+  std::array<double, tangent_values> blocks{};
+  put_blocks(tangent(law, h), law.fibre, gradients, factor_[element] * volume_[element], blocks);
+  std::ranges::transform(blocks, &blocks_[place], [](double value) { return static_cast<float>(value); });
 }
 
 void Elements::put_corotational_blocks(std::size_t element) {
-  double* blocks = &blocks_[block_stride * (element - static_cast<std::size_t>(tangent_begin_))];
+  float* blocks = &blocks_[block_stride * (element - static_cast<std::size_t>(tangent_begin_))];
   for (int i = 0; i < 3; ++i) {
     for (int j = i + 1; j < 4; ++j) {
       const Matrix3 block = low_rank_block(static_cast<Index>(element), i, j);
-      std::ranges::copy(block.values, blocks + block_place(i, j));
+      for (std::size_t k = 0; k < 9; ++k) blocks[block_place(i, j) + k] = static_cast<float>(block.values[k]);
     }
   }
 }
 
-const double* Elements::element_tangent(Index element) const {
+const float* Elements::element_tangent(Index element) const {
   return &blocks_[block_stride * static_cast<std::size_t>(element - tangent_begin_)];
 }
 
 /// Tangent block (i, j), i != j, of an element.
 Matrix3 Elements::tangent_block(Index element, int i, int j) const {
-  const double* values = element_tangent(element) + block_place(std::min(i, j), std::max(i, j));
+  const float* values = element_tangent(element) + block_place(std::min(i, j), std::max(i, j));
   Matrix3 block;
-  std::copy(values, values + 9, block.values.begin());
+  for (std::size_t k = 0; k < 9; ++k) block.values[k] = static_cast<double>(values[k]);
   return i < j ? block : transposed(block);
 }
 
@@ -276,11 +279,13 @@ void Elements::multiply_full(std::size_t begin, std::size_t end, std::span<const
       std::fill_n(products + 16 * (e - begin), 16, 0.0);
       continue;
     }
-    const double* blocks = element_tangent(static_cast<Index>(e));
+    std::array<double, tangent_values> blocks{};
+    const float* stored = element_tangent(static_cast<Index>(e));
+    for (std::size_t k = 0; k < blocks.size(); ++k) blocks[k] = static_cast<double>(stored[k]);
     std::array<Vec3, 4> x;
     std::array<Vec3, 4> y{};
     for (std::size_t k = 0; k < 4; ++k) x[k] = unpadded(at(vectors, corners_[e][k]));
-    const double* b = blocks;
+    const double* b = blocks.data();
     for (std::size_t i = 0; i < 3; ++i) {
       for (std::size_t j = i + 1; j < 4; ++j, b += 9) {
         const Vec3 d = x[j] - x[i];

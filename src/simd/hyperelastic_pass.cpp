@@ -4,6 +4,7 @@
 #include <array>
 #include <numbers>
 #include <span>
+#include <utility>
 
 #include "simd/element_pass.hpp"
 
@@ -14,6 +15,8 @@
 #include <hwy/highway.h>
 
 #include "simd/hyperelastic_lanes-inl.hpp"
+#include "simd/principal_lanes-inl.hpp"
+#include "simd/twist_lanes-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace palpate::simd::HWY_NAMESPACE {
@@ -28,6 +31,11 @@ struct HyperelasticLot {
   Root root;
   M good;
   Matrix3V rotation;
+  LawV law;
+  FibreV fibre;
+  FactorsV factors;
+  TwistV twist;
+  M quick;  ///< lanes whose tangent needs no eigenvectors
   EigenV stretch;
   M unfinished;  ///< whose stretch is not diagonal
 };
@@ -40,6 +48,9 @@ HWY_INLINE void load_deformations(const HyperelasticPass& pass, std::size_t e, H
 
 HWY_INLINE LawV load_law(const HyperelasticPass& pass, std::size_t e) {
   const auto column = [&](LawColumn c) { return hn::LoadU(D(), pass.laws[c] + (e - pass.first_law)); };
+  const V zero = hn::Zero(D());
+  if (!pass.fibres)
+    return {column(law_first), column(law_second), column(law_bulk), {zero, zero, zero}, zero, zero, zero};
   return {column(law_first),
           column(law_second),
           column(law_bulk),
@@ -49,11 +60,17 @@ HWY_INLINE LawV load_law(const HyperelasticPass& pass, std::size_t e) {
           column(law_tension)};
 }
 
-/// Computes forces and energy; returns J - 1.
-HWY_INLINE V store_response(const HyperelasticPass& pass, std::size_t e, const HyperelasticLot& lot,
-                            const LawV& law, const FibreV& fibre, double* forces) {
+/// Computes forces and energy, and begins the tangent.
+HWY_INLINE void store_response(const HyperelasticPass& pass, std::size_t e, HyperelasticLot& lot,
+                               double* forces) {
   const D d;
-  const ResponseV r = respond(law, lot.h, lot.f, fibre, pass.fibres);
+  lot.law = load_law(pass, e);
+  ResponseV r = respond(lot.law, lot.h, lot.f, pass.second);
+  if (pass.fibres) {
+    lot.fibre = fibre_state(lot.law, lot.h);
+    add_fibres(lot.law, lot.fibre, r);
+  }
+  lot.factors = r.factors;
   const V volume = hn::LoadU(d, pass.volumes + e);
   hn::StoreU(hn::Mul(volume, r.energy), d, pass.energies + e);
   const std::array<Vec3V, 3> g = load_gradients(pass.inverse_rest, e);
@@ -64,46 +81,110 @@ HWY_INLINE V store_response(const HyperelasticPass& pass, std::size_t e, const H
     store_rows(force, forces + 4 * (k + 1));
   }
   store_rows(negative(sum), forces);
-  return r.volume_change;
 }
 
-HWY_INLINE void store_stiffness(const HyperelasticPass& pass, std::size_t e, const HyperelasticLot& lot,
-                                const LawV& law, const FibreV& fibre, V volume_change) {
-  const D d;
-  const V scale = hn::Mul(hn::LoadU(d, pass.volumes + e), hn::LoadU(d, pass.factors + e));
-  TangentV t = tangent(law, lot.rotation, lot.stretch, volume_change);
+using BlocksV = std::array<std::array<V, 9>, 6>;
+
+/// Blocks of corners 1 to 3: (1,1), (1,2), (1,3), (2,2), (2,3), (3,3).
+HWY_INLINE BlocksV quick_blocks(const HyperelasticLot& lot, const std::array<Vec3V, 3>& g, V volume,
+                                V scale) {
+  const CornersV c = corners_of(lot.factors, lot.twist, lot.f, lot.rotation, g, volume, scale);
+  return {block_between<0, 0>(c), block_between<0, 1>(c), block_between<0, 2>(c),
+          block_between<1, 1>(c), block_between<1, 2>(c), block_between<2, 2>(c)};
+}
+
+HWY_INLINE BlocksV principal_blocks(const HyperelasticLot& lot, const std::array<Vec3V, 3>& g, V scale) {
+  TangentV t = tangent(lot.factors, lot.law.second, lot.rotation, lot.stretch);
   for (V& value : t.stretch) value = hn::Mul(scale, value);
   for (V& value : t.same) value = hn::Mul(scale, value);
   for (V& value : t.other) value = hn::Mul(scale, value);
-  const FibreV scaled{fibre.stretched, fibre.energy, hn::Mul(scale, fibre.stress),
-                      hn::Mul(scale, fibre.along)};
-  const std::array<Vec3V, 3> g = load_gradients(pass.inverse_rest, e);
   std::array<Vec3V, 3> turned;
   for (std::size_t k = 0; k < 3; ++k)
     turned[k] = {dot(t.right[0], g[k]), dot(t.right[1], g[k]), dot(t.right[2], g[k])};
-  std::array<V, block_stride> values;
-  values.fill(hn::Zero(d));  // the first 27 values are used for sums, so they start at zero
-  const auto add_to_first = [&](std::size_t corner, const std::array<V, 9>& block, bool back) {
-    for (std::size_t k = 0; k < 9; ++k) {
-      V& sum = values[9 * corner + k];
-      sum = hn::Sub(sum, block[back ? 3 * (k % 3) + k / 3 : k]);
-    }
-  };
-  std::size_t place = 27;
+  BlocksV blocks;
+  std::size_t place = 0;
   for (std::size_t i = 0; i < 3; ++i) {
-    for (std::size_t j = i; j < 3; ++j) {
-      std::array<V, 9> block = rotated_block(t, turned[i], turned[j]);
-      if (pass.fibres) add_fibre_block(law, scaled, g[i], g[j], block);
-      add_to_first(j, block, false);
-      if (i == j) continue;
-      add_to_first(i, block, true);
-      for (std::size_t k = 0; k < 9; ++k) values[place + k] = block[k];
-      place += 9;
-    }
+    for (std::size_t j = i; j < 3; ++j) blocks[place++] = rotated_block(t, turned[i], turned[j]);
   }
-  double* rows = pass.blocks + block_stride * (e - pass.first_law);
-  for (std::size_t k = 0; k < block_stride; k += 4)
-    store_fours({values[k], values[k + 1], values[k + 2], values[k + 3]}, rows + k, block_stride);
+  return blocks;
+}
+
+HWY_INLINE void add_fibre_blocks(const HyperelasticLot& lot, const std::array<Vec3V, 3>& g, V scale,
+                                 BlocksV& blocks) {
+  const FibreV& fibre = lot.fibre;
+  const FibreV scaled{fibre.stretched, fibre.energy, hn::Mul(scale, fibre.stress),
+                      hn::Mul(scale, fibre.along)};
+  std::size_t place = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = i; j < 3; ++j) add_fibre_block(lot.law, scaled, g[i], g[j], blocks[place++]);
+  }
+}
+
+/// Number k of the blocks above the diagonal. Those of corner 0 follow from the sums of columns.
+template <std::size_t k>
+HWY_INLINE V stored_value(const BlocksV& b) {
+  constexpr std::size_t own = k % 9;
+  constexpr std::size_t back = 3 * (own % 3) + own / 3;
+  if constexpr (k < 9) return hn::NegMulSub(set(1.0), hn::Add(b[0][own], b[1][back]), b[2][back]);
+  if constexpr (k >= 9 && k < 18) return hn::NegMulSub(set(1.0), hn::Add(b[1][own], b[3][own]), b[4][back]);
+  if constexpr (k >= 18 && k < 27) return hn::NegMulSub(set(1.0), hn::Add(b[2][own], b[4][own]), b[5][own]);
+  if constexpr (k >= 27 && k < 36) return b[1][own];
+  if constexpr (k >= 36 && k < 45) return b[2][own];
+  if constexpr (k >= 45 && k < 54) return b[4][own];
+  return hn::Zero(D());
+}
+
+template <std::size_t... fours>
+HWY_INLINE void store_blocks(const BlocksV& b, float* rows, std::index_sequence<fours...>) {
+  (store_float_fours({stored_value<4 * fours>(b), stored_value<4 * fours + 1>(b),
+                      stored_value<4 * fours + 2>(b), stored_value<4 * fours + 3>(b)},
+                     rows + 4 * fours, block_stride),
+   ...);
+}
+
+/// Blocks where some lanes need eigenvectors.
+HWY_NOINLINE BlocksV mixed_blocks(const HyperelasticLot& lot, const std::array<Vec3V, 3>& g, V volume,
+                                  V scale) {
+  BlocksV blocks = principal_blocks(lot, g, scale);
+  if (hn::AllFalse(D(), lot.quick)) return blocks;
+  const BlocksV quick = quick_blocks(lot, g, volume, scale);
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    for (std::size_t k = 0; k < 9; ++k) blocks[b][k] = hn::IfThenElse(lot.quick, quick[b][k], blocks[b][k]);
+  }
+  return blocks;
+}
+
+HWY_INLINE void store_stiffness(const HyperelasticPass& pass, std::size_t e, const HyperelasticLot& lot) {
+  const D d;
+  const V volume = hn::LoadU(d, pass.volumes + e);
+  const V scale = hn::Mul(volume, hn::LoadU(d, pass.factors + e));
+  const std::array<Vec3V, 3> g = load_gradients(pass.inverse_rest, e);
+  BlocksV blocks =
+      hn::AllTrue(d, lot.quick) ? quick_blocks(lot, g, volume, scale) : mixed_blocks(lot, g, volume, scale);
+  if (pass.fibres) add_fibre_blocks(lot, g, scale, blocks);
+  store_blocks(blocks, pass.blocks + block_stride * (e - pass.first_law),
+               std::make_index_sequence<block_stride / 4>());
+}
+
+/// Finds the negative part of twists, and the lanes for which nothing else is negative.
+HWY_INLINE void find_twists(std::span<HyperelasticLot> lots) {
+  const D d;
+  for (HyperelasticLot& lot : lots) {
+    lot.twist = twist_of(lot.factors, lot.root, lot.f, lot.rotation);
+    lot.quick = hn::And(only_twists_negative(lot.factors, lot.root), hn::Eq(lot.law.second, hn::Zero(d)));
+    lot.twist.settled = hn::Or(lot.twist.settled, hn::Not(lot.quick));
+  }
+  constexpr int most_steps = 8;
+  for (int step = 0; step < most_steps; ++step) {
+    bool done = true;
+    for (HyperelasticLot& lot : lots) {
+      if (hn::AllTrue(d, lot.twist.settled)) continue;
+      improve(lot.twist);
+      done = false;
+    }
+    if (done) break;
+  }
+  for (HyperelasticLot& lot : lots) lot.quick = hn::And(lot.quick, lot.twist.settled);
 }
 
 /// Lanes with an entry off the diagonal that matters for the tangent.
@@ -139,18 +220,20 @@ void hyperelastic_pass(const HyperelasticPass& pass, std::size_t begin, std::siz
     const std::size_t count = std::min(most, (end - first) / lanes);
     for (std::size_t i = 0; i < count; ++i) load_deformations(pass, first + i * lanes, lots[i]);
     for (std::size_t i = 0; i < count; ++i) lots[i].good = find_root(lots[i].root);
+    const auto own = std::span(lots).first(count);
     for (std::size_t i = 0; i < count; ++i) {
       lots[i].rotation = rotation_from(lots[i].root, lots[i].f);
-      lots[i].stretch = stretch_of(lots[i].rotation, lots[i].f);
+      const std::size_t e = first + i * lanes;
+      store_response(pass, e, lots[i], pass.forces + 16 * (e - begin));
     }
-    diagonalise(std::span(lots).first(count));
+    find_twists(own);
+    if (!std::ranges::all_of(own, [](const auto& lot) { return hn::AllTrue(D(), lot.quick); })) {
+      for (HyperelasticLot& lot : own) lot.stretch = stretch_of(lot.rotation, lot.f);
+      diagonalise(own);
+    }
     for (std::size_t i = 0; i < count; ++i) {
       const std::size_t e = first + i * lanes;
-      const LawV law = load_law(pass, e);
-      FibreV fibre{};
-      if (pass.fibres) fibre = fibre_state(law, lots[i].h);
-      const V change = store_response(pass, e, lots[i], law, fibre, pass.forces + 16 * (e - begin));
-      store_stiffness(pass, e, lots[i], law, fibre, change);
+      store_stiffness(pass, e, lots[i]);
       store_flags(hn::Not(lots[i].good), pass.left + e);
       store_flags(hn::Not(lots[i].good), pass.inverted + e);  // good elements have a positive determinant
     }

@@ -8,7 +8,7 @@
 
 namespace palpate::simd {
 
-/// Doubles per element for its stiffness blocks: 54, padded to whole cache lines.
+/// Floats per element for its stiffness blocks: 54, padded to whole vectors of four.
 inline constexpr std::size_t block_stride = 56;
 
 /// Columns of the law of each element (fem/hyperelastic.hpp), in Pa unless noted: moduli of the first and the
@@ -37,18 +37,20 @@ struct HyperelasticPass {
   const double* factors;  ///< scale of the stiffness of each element
   std::array<const double*, law_columns> laws;
   std::size_t first_law;
+  bool second;             ///< whether any element has a modulus of the second invariant
   bool fibres;             ///< whether any element has fibres
   double* forces;          ///< 4 x 4 for each element, from `begin` on: the force on corner i, and 0
   double* energies;        ///< J
   std::uint8_t* inverted;  ///< 1: the volume is not positive
   std::uint8_t* left;      ///< 1: left to the caller
-  double* blocks;          ///< block_stride numbers for each element
+  float* blocks;           ///< block_stride numbers for each element
 };
 
 /// Forces, energies and positive semi-definite stiffness of hyperelastic tets (formulas:
 /// fem/hyperelastic.hpp), one per lane. Leaves the same elements to the caller as element_pass(). Singular
-/// values follow from its rotation R: R^T F = V diag(s) V^T, by four sweeps of Jacobi rotations.
-/// fem/hyperelastic.cpp is the same in plain C++, equal up to rounding.
+/// values follow from its rotation R: R^T F = V diag(s) V^T, by four sweeps of Jacobi rotations; most tets of
+/// the stable neo-Hookean law need none (twist_lanes-inl.hpp). fem/hyperelastic.cpp is the same in plain C++,
+/// equal up to rounding.
 /// \param begin,end  elements; multiples of element_group
 void hyperelastic_pass(const HyperelasticPass& pass, std::size_t begin, std::size_t end);
 

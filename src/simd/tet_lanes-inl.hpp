@@ -124,14 +124,14 @@ HWY_INLINE void store_rows(const Vec3V& v, double* rows) {
   store_fours({v.x, v.y, v.z, hn::Zero(D())}, rows, 16);
 }
 
-/// Row k of 4 quads for each element gets (x, y, z, w) of lane k, in float.
-HWY_INLINE void store_quads(const Vec3V& v, V w, Quad* quads) {
+/// store_fours() in float.
+HWY_INLINE void store_float_fours(const FourV& v, float* to, std::size_t stride) {
   const hn::Rebind<float, D> d;
   const hn::Repartition<double, decltype(d)> pairs;
   const auto x = hn::DemoteTo(d, v.x);
   const auto y = hn::DemoteTo(d, v.y);
   const auto z = hn::DemoteTo(d, v.z);
-  const auto last = hn::DemoteTo(d, w);
+  const auto last = hn::DemoteTo(d, v.w);
   const auto xy01 = hn::BitCast(pairs, hn::InterleaveLower(d, x, y));
   const auto xy23 = hn::BitCast(pairs, hn::InterleaveUpper(d, x, y));
   const auto zw01 = hn::BitCast(pairs, hn::InterleaveLower(d, z, last));
@@ -140,16 +140,21 @@ HWY_INLINE void store_quads(const Vec3V& v, V w, Quad* quads) {
     const auto values = hn::BitCast(d, rows);
     const hn::FixedTag<float, 4> four;
 #if HWY_MAX_BYTES >= 64
-    hn::Store(hn::LowerHalf(four, values), four, &quads[4 * k].x);
-    hn::Store(hn::UpperHalf(four, values), four, &quads[4 * (k + 4)].x);
+    hn::Store(hn::LowerHalf(four, values), four, to + stride * k);
+    hn::Store(hn::UpperHalf(four, values), four, to + stride * (k + 4));
 #else
-    hn::Store(values, four, &quads[4 * k].x);
+    hn::Store(values, four, to + stride * k);
 #endif
   };
   store(hn::InterleaveLower(pairs, xy01, zw01), 0);
   store(hn::InterleaveUpper(pairs, xy01, zw01), 1);
   store(hn::InterleaveLower(pairs, xy23, zw23), 2);
   store(hn::InterleaveUpper(pairs, xy23, zw23), 3);
+}
+
+/// Row k of 4 quads for each element gets (x, y, z, w) of lane k, in float.
+HWY_INLINE void store_quads(const Vec3V& v, V w, Quad* quads) {
+  store_float_fours({v.x, v.y, v.z, w}, &quads->x, 16);
 }
 
 #endif

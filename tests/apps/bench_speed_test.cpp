@@ -17,8 +17,8 @@ class BenchSpeed : public CommandTest {
             most_tets, "--out", "out",    "--scenes", ".",        "--json"};
   }
   /// Runs a part, checks head and file, and returns its rows.
-  [[nodiscard]] Json measured(const std::string& part) const {
-    const Json report = json_of(call(part));
+  [[nodiscard]] Json measured(const std::string& part, const std::string& most_tets = "10000") const {
+    const Json report = json_of(call(part, most_tets));
     EXPECT_EQ(report["kind"], "speed");
     for (const char* key : {"memcpy_GB_per_s", "sort_ms", "multiply_add_ms"})
       EXPECT_GT(report["references"][key].get<double>(), 0.0) << key;
@@ -71,6 +71,13 @@ TEST_F(BenchSpeed, StepsAreThoseOfTheScene) {
   EXPECT_EQ(Json::parse(read("out/step.json"))["cases"][0]["tets"], 5 * 9 + 5 * 4);
 }
 
+TEST_F(BenchSpeed, TissueOfTwoLawsIsCompared) {
+  const Json report = measured("tissue", "30000");
+  ASSERT_EQ(report["rows"].size(), 1U) << "the scene of the eye is not there";
+  EXPECT_EQ(report["rows"][0]["work"], "stable neo-Hookean over corotational: element pass");
+  EXPECT_EQ(Json::parse(read("out/tissue.json"))["cases"][0]["tets"], 5 * 16 * 16 * 16);
+}
+
 TEST_F(BenchSpeed, InstructionsAreThoseOfAsMuchWork) {
   const std::vector<std::string> words = call("instructions", "400");
   const Finished done = palpate(words);
@@ -80,7 +87,7 @@ TEST_F(BenchSpeed, InstructionsAreThoseOfAsMuchWork) {
   }
   ASSERT_EQ(done.exit_code, 0) << done.err;
   const Json counts = Json::parse(done.out)["instructions"];
-  ASSERT_EQ(counts.size(), 11U);
+  ASSERT_EQ(counts.size(), 12U);
   for (const Json& kernel : counts) {
     EXPECT_EQ(kernel.at("cells"), 2) << kernel;
     EXPECT_GT(kernel["per_unit"].get<double>(), 10.0) << kernel;
@@ -115,9 +122,9 @@ TEST_F(BenchSpeed, HelpTeachesByExamples) {
 }
 
 TEST_F(BenchSpeed, RefusesWhatIsNotThere) {
-  expect_error(
-      2, {"bench", "speed", "--only", "everything"},
-      {"--only: found 'everything'", "'query', 'handling', 'movers', 'dynamics', 'step', 'instructions'"});
+  expect_error(2, {"bench", "speed", "--only", "everything"},
+               {"--only: found 'everything'",
+                "'query', 'handling', 'movers', 'dynamics', 'step', 'tissue', 'instructions'"});
   expect_error(2, {"bench", "speed", "--frames", "0"}, {"--frames: found '0'"});
   expect_error(2, {"bench", "speed", "--skull", "nowhere"}, {"--skull", "nowhere/hq_skull.mesh"});
   expect_error(2, {"bench", "speed", "--scenes", "nowhere"}, {"--scenes", "nowhere/stacking.json"});

@@ -91,6 +91,13 @@ Json step_cases() {
   return cases;
 }
 
+Json tissue_cases() {
+  Json cases = Json::array();
+  for (const char* name : {"element pass", "step of the eye"})
+    cases.push_back({{"name", name}, {"corotational_ms", 2.0}, {"neo_hookean_ms", 5.5}});
+  return cases;
+}
+
 Json row(const Json& rows, const std::string& work) {
   for (const Json& r : rows)
     if (r.at("work") == work) return r;
@@ -102,7 +109,8 @@ TEST(SpeedRows, EveryGoalIsMeasuredOnce) {
   std::multiset<std::string> works;
   for (const Json& rows :
        {query_rows(query_cases()), handling_rows(handling_cases()), movers_rows(movers_cases()),
-        dynamics_rows(dynamics_cases()), step_rows(step_cases()), instructions_rows(instructions_cases())})
+        dynamics_rows(dynamics_cases()), step_rows(step_cases()), tissue_rows(tissue_cases()),
+        instructions_rows(instructions_cases())})
     for (const Json& r : rows) works.insert(r.at("work").get<std::string>());
   std::multiset<std::string> wanted;
   for (const Goal& goal : goals) wanted.insert(std::string(goal.work));
@@ -143,6 +151,10 @@ TEST(SpeedRows, RatiosAreThoseByHand) {
   EXPECT_EQ(row(dynamics, "time to an error of 1e-3: skull")["verdict"], "missed");
   EXPECT_DOUBLE_EQ(
       row(dynamics, "product with the matrix relative to reading as much memory: block")["ratio"], 80.0);
+  const Json tissue = tissue_rows(tissue_cases());
+  EXPECT_DOUBLE_EQ(row(tissue, "stable neo-Hookean over corotational: element pass")["ratio"], 2.75);
+  EXPECT_EQ(row(tissue, "stable neo-Hookean over corotational: element pass")["verdict"], "missed");
+  EXPECT_EQ(row(tissue, "stable neo-Hookean over corotational: step of the eye")["verdict"], "met");
   const Json step = step_rows(step_cases());
   EXPECT_DOUBLE_EQ(row(step, "step of 25 iterations: head")["ratio"], 12.0);
   EXPECT_EQ(row(step, "step of 25 iterations: head")["verdict"], "aim met");
