@@ -10,6 +10,7 @@
 
 #include <palpate/error.hpp>
 
+#include "map_fit.hpp"
 #include "size_search.hpp"
 #include "sliver_repair.hpp"
 
@@ -106,6 +107,7 @@ class ConformingMesher {
     if (made_.mesh.mesh.tets.empty())
       throw Error("meshing", "", "no tet at this size", "a smaller --size, or more --tets");
     repair_slivers(made_.mesh, {.reach = [&](const Vec3& p) { return distance(p); }});
+    fit_interfaces(made_.mesh, tissues_);
     made_.faces = interface_faces(made_.mesh);
     made_.bodies = bodies_of(made_.mesh, made_.faces, plan_->relations, plan_->rigid, plan_->names);
     made_.comparison = compare(tissues_, made_.mesh, made_.faces);

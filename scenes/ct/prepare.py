@@ -32,9 +32,10 @@ def write_medit(path, points, tets):
 
 def prepare(scene, source, folder, palpate):
     import eye
+    import orbit
     import skull
 
-    make = {"eye": eye.make, "skull": skull.make_cranium, "jaw": skull.make_headsq}[scene]
+    make = {"eye": eye.make, "orbit": orbit.make, "skull": skull.make_cranium, "jaw": skull.make_headsq}[scene]
     work = folder.with_name(f"{folder.name}.{os.getpid()}")
     work.mkdir(parents=True)
     try:

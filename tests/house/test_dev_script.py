@@ -122,7 +122,7 @@ class DevScript(unittest.TestCase):
         self.stand_in("cmake", "exit 0")
         self.stand_in("apt-get", 'echo "E: no such thing as a network"; exit 100')
         for scene, stand_in in [("scenes/eye-ct.json", "scenes/eye.json"), ("skull-ct.json", "scenes/skull.json"),
-                                ("scenes/jaw-ct.json", "scenes/skull.json")]:
+                                ("scenes/jaw-ct.json", "scenes/skull.json"), ("scenes/orbit-ct.json", "scenes/orbit-repair.json")]:
             with self.subTest(scene=scene):
                 if pathlib.Path("/usr/share/doc/invesalius-examples/examples/Cranium.inv3").exists() and "jaw" not in scene:
                     self.skipTest("the CT is installed on this machine")

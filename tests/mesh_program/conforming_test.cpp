@@ -111,10 +111,10 @@ TEST_F(Conforming, ReportsWhatTheIssueAsksFor) {
   EXPECT_GE(report["closed_fraction"].get<double>(), 0.99);
   EXPECT_NEAR(report["tets"].get<double>(), 4000, 400);
   for (const Json& tissue : report["tissues"]) {
-    EXPECT_GE(tissue["dice"].get<double>(), 0.95) << tissue;
+    EXPECT_GE(tissue["dice"].get<double>(), 0.98) << tissue;
     EXPECT_EQ(tissue["lost_voxels"], 0);
     EXPECT_NEAR(tissue["volume"].get<double>(), tissue["input_volume"].get<double>(),
-                0.03 * tissue["input_volume"].get<double>());
+                0.01 * tissue["input_volume"].get<double>());
     EXPECT_LT(tissue["surface_distance"]["max"].get<double>(), 1.5);
   }
   EXPECT_EQ(report["warnings"], Json::array());
