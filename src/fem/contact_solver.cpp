@@ -43,10 +43,10 @@ std::size_t ContactSolver::most_directions(const Run& run) {
                                              static_cast<double>(ReducedStep::max_directions)));
 }
 
-/// Number of iterations that make a direction: as many as cost as much as a step in the span. One with
-/// multigrid, whose iterations cost more than the step.
+/// Number of iterations that make a direction: as many as cost as much as a step in the span, up to a few.
+/// One with multigrid, whose iterations cost more than the step.
 int ContactSolver::inner_iterations(const Run& run) {
-  constexpr double most = 16.0;
+  constexpr double most = 4.0;         // with more, friction limits the use of a direction
   constexpr double directions = 24.0;  // typical
   // Operations, rounded from a profile.
   constexpr double of_contact_laws = 1500.0;  // a contact: laws and derivatives at a few velocities

