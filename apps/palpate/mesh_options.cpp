@@ -27,7 +27,8 @@ void take_value(const std::string& flag, const std::string& text, double& for_al
 
 void add_fineness(CLI::App& app, Fineness& fineness) {
   add_repeated(app, "--tets", "N|ORGAN=N",
-               "tets of all organs together, or of one; default: 10000 together, 50000 with --conforming",
+               "tets of all organs together, or of one; default: 10000 together; with --conforming 55000, or "
+               "as many as thin layers need",
                [&](const std::string& flag, const std::string& text) {
                  take_value(flag, text, fineness.tets, fineness.named_tets);
                });
