@@ -3,10 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <map>
-#include <span>
-#include <utility>
 #include <vector>
 
 #include "geometry/box.hpp"
@@ -21,6 +20,9 @@ namespace {
 
 constexpr std::array<double Vec3::*, 3> component{&Vec3::x, &Vec3::y, &Vec3::z};
 constexpr double samples_per_voxel = 2.0;  // along each axis
+constexpr double wanted_angle = 10.0;      // degrees; no dihedral angle falls below it, or below what it was
+constexpr double reach = 1.0;              // how far a point may move from where it was, in voxels
+constexpr int most_rounds = 4;
 
 /// The tissues at samples in a box. Sample n of an axis is at (n + 0.5) times the spacing.
 class Samples {
@@ -105,16 +107,14 @@ class Samples {
 
 class Fitter {
  public:
-  Fitter(LabelledMesh& mesh, const Tissues& tissues, const MapFit& fit)
+  Fitter(LabelledMesh& mesh, const Tissues& tissues)
       : mesh_(&mesh),
         samples_(tissues),
-        wanted_angle_(fit.wanted_angle),
         at_point_(mesh.mesh.points.size()),
         directions_(mesh.mesh.points.size()),
         start_(mesh.mesh.points) {
     const Vec3& s = tissues.spacing();
     voxel_ = std::cbrt(s.x * s.y * s.z);
-    reach_ = fit.reach * voxel_;
     const auto& tets = mesh.mesh.tets;
     for (std::size_t t = 0; t < tets.size(); ++t) {
       for (const Index p : tets[t]) at_point_[static_cast<std::size_t>(p)].push_back(t);
@@ -122,13 +122,11 @@ class Fitter {
     add_directions();
   }
 
-  /// Moves each point of an interface once. Returns the number of moves.
-  std::size_t round() {
-    std::size_t moves = 0;
-    for (std::size_t p = 0; p < at_point_.size(); ++p) {
-      if (!directions_[p].empty() && improve(p)) ++moves;
-    }
-    return moves;
+  /// Moves each point of an interface once, where that helps. Returns whether a point moved.
+  bool round() {
+    bool moved = false;
+    for (std::size_t p = 0; p < at_point_.size(); ++p) moved |= !directions_[p].empty() && improve(p);
+    return moved;
   }
 
  private:
@@ -186,7 +184,7 @@ class Fitter {
     box.extend(box.lower - Vec3{margin, margin, margin});
     box.extend(box.upper + Vec3{margin, margin, margin});
     samples_.fill(box);
-    const double allowed = std::min(wanted_angle_, least_angle_at(point));
+    const double allowed = std::min(wanted_angle, least_angle_at(point));
     Vec3& place = mesh_->mesh.points[point];
     const Vec3 here = place;
     Vec3 best_place = here;
@@ -195,7 +193,7 @@ class Fitter {
       for (const Vec3& direction : directions_[point]) {
         for (const double sign : {-1.0, 1.0}) {
           place = here + (sign * step * voxel_) * direction;
-          if (length(place - start_[point]) > reach_ || least_angle_at(point) < allowed) continue;
+          if (length(place - start_[point]) > reach * voxel_ || least_angle_at(point) < allowed) continue;
           if (const long cost = cost_at(point); cost < best) {
             best = cost;
             best_place = place;
@@ -209,9 +207,7 @@ class Fitter {
 
   LabelledMesh* mesh_;
   Samples samples_;
-  double wanted_angle_;
   double voxel_ = 1.0;                              ///< mm
-  double reach_ = 1.0;                              ///< mm
   std::vector<std::vector<std::size_t>> at_point_;  ///< tets at each point
   std::vector<std::vector<Vec3>> directions_;  ///< (n_points), where a point may move; none inside tissues
   std::vector<Vec3> start_;
@@ -219,15 +215,9 @@ class Fitter {
 
 }  // namespace
 
-std::size_t fit_interfaces(LabelledMesh& mesh, const Tissues& tissues, const MapFit& fit) {
-  Fitter fitter(mesh, tissues, fit);
-  std::size_t moves = 0;
-  for (int round = 0; round < fit.rounds; ++round) {
-    const std::size_t moved = fitter.round();
-    moves += moved;
-    if (moved == 0) break;
-  }
-  return moves;
+void fit_interfaces(LabelledMesh& mesh, const Tissues& tissues) {
+  Fitter fitter(mesh, tissues);
+  for (int round = 0; round < most_rounds && fitter.round(); ++round) continue;
 }
 
 }  // namespace palpate::app

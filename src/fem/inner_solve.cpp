@@ -29,7 +29,8 @@ simd::VectorSums InnerSolve::advance(const parallel::Threads& threads, const sim
 int InnerSolve::apply(const parallel::Threads& threads, LinearSystem& system, std::span<const float> r,
                       std::span<float> z, int most, double reduction) {
   const std::size_t slices = system.blocks().slice_count();
-  for (auto* list : {&preconditioned_, &product_, &zero_}) list->assign(r.size(), 0.0F);
+  for (auto* list : {&preconditioned_, &zero_}) list->resize(r.size(), 0.0F);
+  product_.assign(r.size(), 0.0F);
   residual_.assign(r.begin(), r.end());
   direction_.assign(simd::slice_rows * slices, simd::Quad{});
   partial_.resize(parallel::chunk_count(slices, slice_grain));

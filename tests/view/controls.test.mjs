@@ -180,22 +180,24 @@ async function sameThere(page, id, seen, picture, ratio, most = 6) {
   assert.ok(inked > 0.02 * count, `${id} is there: ${inked} of ${count}`);
 }
 
+/** Takes hold of what is in the middle of the view, and pulls it to the right and up. */
+async function pull(page) {
+  const { x, y } = await middle(page);
+  await page.mouse.move(x, y);
+  await page.mouse.down();
+  await page.mouse.move(x + 20, y - 10, { steps: 2 });
+}
+
 test("a pull in a pause says why nothing moves", async () => {
   const server = await serve("glued.json");
   const page = await open(server.address);
-  const pull = async () => {
-    const { x, y } = await middle(page);
-    await page.mouse.move(x, y);
-    await page.mouse.down();
-    await page.mouse.move(x + 40, y - 20, { steps: 3 });
-  };
-  await pull();
+  await pull(page);
   await until("a force", async () => parseFloat(await tag(page)) > 0);
   assert.equal(await page.isVisible("#notice"), false);
   await page.mouse.up();
   await page.click("#play");
   await until("a pause", async () => (await page.textContent("#play")) === "Play");
-  await pull();
+  await pull(page);
   await until("a notice", () => page.isVisible("#notice"));
   assert.match(await page.textContent("#notice"), /paused/);
   await page.mouse.up();
@@ -208,10 +210,7 @@ test("a weak pull pulls less", async () => {
   const server = await serve("glued.json");
   const page = await open(server.address);
   const force = async () => {
-    const { x, y } = await middle(page);
-    await page.mouse.move(x, y);
-    await page.mouse.down();
-    await page.mouse.move(x + 20, y - 10, { steps: 2 });
+    await pull(page);
     await until("a force", async () => parseFloat(await tag(page)) > 0);
     await page.waitForTimeout(1500);
     const [, size, prefix] = /^([\d.]+) (m?)N/.exec(await tag(page));
