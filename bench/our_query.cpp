@@ -37,8 +37,7 @@ std::span<const PointInTet> OurQuery::find(std::span<const Vec3> positions) {
   const std::optional<Box> bounds = fixed_.place(threads_, setting_->lattice, positions);
   if (!setting_->lattice.domain().contains(bounds.value().lower)) throw std::runtime_error("domain");
   if (!coherent_ || query_.begin_frame(threads_, bodies, fixed_, is_new_)) {
-    grid_.build_points(threads_, setting_->lattice, fixed_);
-    fixed_.put_in_order(threads_, grid_.entries());
+    grid_.build(threads_, setting_->lattice, fixed_);
   }
   is_new_ = false;
   query_.find(threads_, bodies, positions, setting_->may_touch(), grid_, fixed_);

@@ -6,9 +6,9 @@
 
 #include "contact/cluster_query.hpp"
 #include "contact/point_in_tet.hpp"
-#include "grid/compact.hpp"
 #include "grid/fixed_positions.hpp"
 #include "grid/lattice.hpp"
+#include "grid/point_grid.hpp"
 #include "measure/query_scenes.hpp"
 #include "parallel/parallel.hpp"
 #include "peers/peer.hpp"
@@ -38,15 +38,11 @@ class OurQuery {
   /// Valid until the next. Throws if the positions have left the lattice.
   std::span<const PointInTet> find(std::span<const Vec3> positions);
 
-  [[nodiscard]] const parallel::Threads& threads() const { return threads_; }
-  /// The positions of the last find(), by the lattice of the setting.
-  [[nodiscard]] const FixedPositions& fixed() const { return fixed_; }
-
  private:
   const Setting* setting_;
   bool coherent_;
   parallel::Threads threads_;
-  CompactGrid grid_;
+  PointGrid grid_;
   ClusterQuery query_;
   FixedPositions fixed_;
   bool is_new_ = true;

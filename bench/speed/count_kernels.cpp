@@ -18,8 +18,10 @@
 
 #include "contact/border_edges.hpp"
 #include "contact/contact_table.hpp"
+#include "contact/crossing_query.hpp"
 #include "contact/crossings.hpp"
 #include "contact/depth.hpp"
+#include "contact/point_query.hpp"
 #include "fem/lumping.hpp"
 #include "measure/query_scenes.hpp"
 #include "our_dynamics.hpp"
@@ -84,20 +86,22 @@ enum class Phase { crossings, depth };
 /// What Detector does after the query, of which a phase counts.
 std::size_t after_query(const CountTask& task, Phase phase) {
   const measure::QueryScene scene = measure::stacking_scene(task.cells);
-  const Setting setting(scene);
   const Bodies& bodies = scene.bodies;
-  OurQuery ours(setting, 1, false);
+  palpate::Frame frame(bodies, {}, scene.immovable(), 1);
+  const auto points = make_point_query(bodies, {});
+  const auto edges = make_crossing_query(bodies, {});
   ContactTable contacts;
   BorderEdges border_edges(bodies);
-  CrossingQuery crossings;
-  crossings.use_clusters(bodies);
-  CompactGrid long_edges;
-  const CellSlots slots(0, 0);
+  Crossings crossings;
   DepthEstimate depth(bodies);
   return over_frames(scene, short_warm_up, task.frames, [&](std::span<const Vec3> positions, bool counts) {
-    const parallel::Threads& threads = ours.threads();
-    contacts.assign(threads, bodies, positions, ours.find(positions));
+    const parallel::Threads& threads = frame.threads();
+    frame.place(positions, points->clusters());
+    points->update(frame, true);
+    points->find(frame, {});
+    contacts.assign(threads, bodies, positions, points->found());
     border_edges.find(threads, bodies, positions, contacts);
+    const BorderEdgeView border{contacts.contacts(), border_edges.edges()};
     const auto counted = [&](Phase which, const auto& work) {
       if (!counts || which != phase) {
         work();
@@ -106,8 +110,8 @@ std::size_t after_query(const CountTask& task, Phase phase) {
       }
     };
     counted(Phase::crossings, [&] {
-      crossings.find(threads, bodies, positions, contacts.contacts(), border_edges.edges(), setting.lattice,
-                     long_edges, slots, &ours.fixed());
+      edges->find(frame, border, {});
+      crossings.set(threads, bodies, positions, border, edges->found());
     });
     counted(Phase::depth,
             [&] { depth.compute(threads, bodies, positions, contacts, border_edges, crossings); });

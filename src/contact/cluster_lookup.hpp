@@ -10,8 +10,8 @@
 
 #include "contact/block_rows.hpp"
 #include "contact/pair_filter.hpp"
-#include "grid/compact.hpp"
 #include "grid/fixed_positions.hpp"
+#include "grid/point_grid.hpp"
 #include "mesh/clusters.hpp"
 #include "prefetch.hpp"
 #include "simd/cluster_query.hpp"
@@ -24,7 +24,7 @@ struct LookupContext {
   const simd::ClusterKernels& kernels;
   const Bodies& bodies;
   const PairFilter& may_touch;
-  const CompactGrid& grid;
+  const PointGrid& grid;
   const FixedPositions& fixed;
 };
 
@@ -39,7 +39,7 @@ class ClusterLookup {
       : context_(context),
         margin_(margin),
         finish_(finish),
-        points_(context.fixed.in_order()),
+        points_(context.grid.rows(context.fixed)),
         asks_ahead_(context.fixed.points().size() > most_in_cache) {
     block_.at_point = context.clusters.at_point.data();
   }
@@ -67,7 +67,7 @@ class ClusterLookup {
       simd::round_out(box, points_.coarse_shift);
       cells_[c] = {context_.fixed.cell_of(box.lower), context_.fixed.cell_of(box.upper)};
       if (asks_ahead_) {
-        context_.grid.prefetch_rows(cells_[c]);
+        context_.grid.cells().prefetch_rows(cells_[c]);
         prefetch(context_.clusters.primitives.data() + block_.cluster[c]->first);
       }
       set_names(*block_.cluster[c], box);
@@ -110,8 +110,8 @@ class ClusterLookup {
     block_.strays = 0;
     for (std::size_t c = 0; c < n; ++c) {
       rows.begin(c);
-      block_.strays |= context_.grid.finds_only(cells_[c]) ? 0U : 1U << c;
-      context_.grid.for_each_interval(cells_[c], [&](std::uint32_t begin, std::uint32_t end) {
+      block_.strays |= context_.grid.cells().finds_only(cells_[c]) ? 0U : 1U << c;
+      context_.grid.cells().for_each_interval(cells_[c], [&](std::uint32_t begin, std::uint32_t end) {
         rows.add(begin, end);
         if (asks_ahead_) {
           prefetch(points_.words + begin);

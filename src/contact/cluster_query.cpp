@@ -152,7 +152,7 @@ bool ClusterQuery::begin_frame(const parallel::Threads& threads, const Bodies& b
 }
 
 void ClusterQuery::recall(const ListPlan::Numbers& plan, const parallel::Threads& threads,
-                          const Bodies& bodies, const PairFilter& may_touch, const CompactGrid& grid,
+                          const Bodies& bodies, const PairFilter& may_touch, const PointGrid& grid,
                           const FixedPositions& fixed) {
   plan_.set_numbers(plan);
   if (plan_.has_lists()) lists_.make(threads, {clusters_, kernels_, bodies, may_touch, grid, fixed});
@@ -185,7 +185,7 @@ void ClusterQuery::ask_lists(const parallel::Threads& threads, const PairContext
 }
 
 void ClusterQuery::find(const parallel::Threads& threads, const Bodies& bodies,
-                        std::span<const Vec3> positions, const PairFilter& may_touch, const CompactGrid& grid,
+                        std::span<const Vec3> positions, const PairFilter& may_touch, const PointGrid& grid,
                         const FixedPositions& fixed) {
   find_upright_bodies(threads, may_touch, fixed);
   const PairContext pairs{clusters_, bodies, positions, may_touch, upright_};
@@ -203,16 +203,15 @@ void ClusterQuery::find(const parallel::Threads& threads, const Bodies& bodies,
   }
 }
 
-void ClusterQuery::find_within(Allowance& allowance, const std::optional<InterestRegion>& region,
-                               const parallel::Threads& threads, const Bodies& bodies,
+void ClusterQuery::find_within(const WorkLimit& limit, const parallel::Threads& threads, const Bodies& bodies,
                                std::span<const Vec3> positions, const PairFilter& may_touch,
-                               const CompactGrid& grid, const FixedPositions& fixed) {
+                               const PointGrid& grid, const FixedPositions& fixed) {
   find_upright_bodies(threads, may_touch, fixed);
   const PairContext pairs{clusters_, bodies, positions, may_touch, upright_};
   const LookupContext context{clusters_, kernels_, bodies, may_touch, grid, fixed};
-  queue_.arrange(clusters_, positions, region, [](const Cluster&) { return true; });
+  queue_.arrange(clusters_, positions, limit.region, [](const Cluster&) { return true; });
   run_.run(
-      threads, queue_, allowance,
+      threads, queue_, limit.allowance,
       [&](std::span<const Cluster> clusters, std::span<std::uint8_t> answers,
           std::vector<PointInTet>& found) { return ask_chunk(pairs, context, clusters, found, answers); });
   std::swap(found_, run_.found());

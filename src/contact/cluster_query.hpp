@@ -5,7 +5,6 @@
 
 #include <palpate/mesh.hpp>
 
-#include "contact/allowance.hpp"
 #include "contact/cluster_queue.hpp"
 #include "contact/list_plan.hpp"
 #include "contact/near_lists.hpp"
@@ -13,8 +12,9 @@
 #include "contact/pair_taker.hpp"
 #include "contact/point_in_tet.hpp"
 #include "contact/query_tally.hpp"
-#include "grid/compact.hpp"
+#include "contact/work_limit.hpp"
 #include "grid/fixed_positions.hpp"
+#include "grid/point_grid.hpp"
 #include "mesh/clusters.hpp"
 #include "parallel/parallel.hpp"
 #include "simd/cluster_query.hpp"
@@ -48,18 +48,18 @@ class ClusterQuery {
   }
   /// Restores this state; `grid` and `fixed` hold the positions.
   void recall(const ListPlan::Numbers& plan, const parallel::Threads& threads, const Bodies& bodies,
-              const PairFilter& may_touch, const CompactGrid& grid, const FixedPositions& fixed);
+              const PairFilter& may_touch, const PointGrid& grid, const FixedPositions& fixed);
 
-  /// \param grid   contains the points of `fixed`, which has their positions in the order of the grid's L
+  /// \param grid   contains the points of `fixed`
   /// \param fixed  marks the points of immovable bodies
   void find(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
-            const PairFilter& may_touch, const CompactGrid& grid, const FixedPositions& fixed);
+            const PairFilter& may_touch, const PointGrid& grid, const FixedPositions& fixed);
 
-  /// As find(), but within an allowance, with the most important clusters first. It finds a subset of the
-  /// pairs of find(). Call close() of the queue afterwards.
-  void find_within(Allowance& allowance, const std::optional<InterestRegion>& region,
-                   const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
-                   const PairFilter& may_touch, const CompactGrid& grid, const FixedPositions& fixed);
+  /// As find(), but within a limit, with the most important clusters first. It finds a subset of the pairs of
+  /// find(). Call close() of the queue afterwards.
+  void find_within(const WorkLimit& limit, const parallel::Threads& threads, const Bodies& bodies,
+                   std::span<const Vec3> positions, const PairFilter& may_touch, const PointGrid& grid,
+                   const FixedPositions& fixed);
   [[nodiscard]] ClusterQueue& queue() { return queue_; }
   [[nodiscard]] const ClusterQueue& queue() const { return queue_; }
 

@@ -47,6 +47,12 @@ class ClusterQueue {
     }
   }
 
+  /// Call instead of arrange() where there is no limit: then no cluster waits.
+  void clear() {
+    urgent_ = 0;
+    resize(0);
+  }
+
   [[nodiscard]] std::span<const Cluster> ordered() const { return ordered_; }
   /// The number of clusters at the front of the order that found something in their last query.
   [[nodiscard]] std::size_t urgent() const { return urgent_; }

@@ -29,18 +29,10 @@ Extent larger(const Extent& a, const Extent& b) {
 
 /// Input of find() that all chunks use.
 struct ClusteredCrossings::Problem {
-  const Bodies& bodies;
-  std::span<const Vec3> positions;
-  const Contacts& contacts;
-  std::span<const BorderEdge> border_edges;
-  const Lattice& lattice;
+  const Frame& frame;
+  const BorderEdgeView& border;
   const FixedPositions& fixed;
 
-  [[nodiscard]] std::array<Index, 2> ends(Index edge) const {
-    const BorderEdge& e = at(border_edges, edge);
-    return {at(contacts.point, e.contact), e.free_point};
-  }
-  [[nodiscard]] Index body(Index edge) const { return at(contacts.body, at(border_edges, edge).contact); }
   [[nodiscard]] std::int32_t most_length() const {
     // Fixed positions are near or below 2^30, and the box of a cluster must fit 31 bits.
     return static_cast<std::int32_t>(std::min(most_cells << fixed.fraction_bits(), std::int64_t{1} << 29));
@@ -112,12 +104,12 @@ class ClusteredCrossings::Work {
   }
 
   bool add(Index edge, Index t, bool surely) {
-    const Triangle& triangle = at(problem_.bodies.triangles(), t);
-    const auto ends = problem_.ends(edge);
+    const Triangle& triangle = at(problem_.frame.bodies().triangles(), t);
+    const auto ends = problem_.border.ends(edge);
     // Triangles of the own body at the ends of the edge meet it only at these ends.
     const auto own = [&](Index corner) { return corner == ends[0] || corner == ends[1]; };
     if (std::any_of(triangle.begin(), triangle.end(), own)) return false;
-    const auto& x = problem_.positions;
+    const std::span<const Vec3> x = problem_.frame.positions();
     const Vec3& in = at(x, ends[0]);
     const Vec3& out = at(x, ends[1]);
     const Vec3& t0 = at(x, triangle[0]);
@@ -138,10 +130,10 @@ class ClusteredCrossings::Work {
   ClusterBlock block_;
 };
 
-void ClusteredCrossings::place_edges(const parallel::Threads& threads, const Problem& problem,
-                                     std::vector<Index>& left) {
+void ClusteredCrossings::place_edges(const Problem& problem) {
   constexpr std::size_t grain = 2048;
-  const std::size_t n = problem.border_edges.size();
+  const std::size_t n = problem.border.size();
+  const parallel::Threads& threads = problem.frame.threads();
   const std::int32_t most = problem.most_length();
   const std::span<const FixedPoint> points = problem.fixed.points();
   resize_with_room(cells_, n);
@@ -151,9 +143,9 @@ void ClusteredCrossings::place_edges(const parallel::Threads& threads, const Pro
     std::int32_t y = 0;
     std::int32_t z = 0;
     for (std::size_t e = begin; e < end; ++e) {
-      const BorderEdge& edge = problem.border_edges[e];
-      const FixedPoint& a = at(points, at(problem.contacts.point, edge.contact));
-      const FixedPoint& b = at(points, edge.free_point);
+      const auto [in, out] = problem.border.ends(static_cast<Index>(e));
+      const FixedPoint& a = at(points, in);
+      const FixedPoint& b = at(points, out);
       const std::int32_t along_x = std::abs(a.x - b.x);
       const std::int32_t along_y = std::abs(a.y - b.y);
       const std::int32_t along_z = std::abs(a.z - b.z);
@@ -171,20 +163,22 @@ void ClusteredCrossings::place_edges(const parallel::Threads& threads, const Pro
   });
   longest_ = {};
   for (const Extent& extent : longest_of_chunk_) longest_ = larger(longest_, extent);
+  long_edges_.clear();
+  make_room(long_edges_, n);
   for (std::size_t e = 0; e < n; ++e)
-    if (cells_[e][0] < 0) left.push_back(static_cast<Index>(e));
-  grid_.build_points(threads, problem.lattice, cells_);
+    if (cells_[e][0] < 0) long_edges_.push_back(static_cast<Index>(e));
+  grid_.build_points(threads, problem.frame.lattice(), cells_);
 }
 
-void ClusteredCrossings::put_in_order(const parallel::Threads& threads, const Problem& problem) {
+void ClusteredCrossings::put_in_order(const Problem& problem) {
   const std::span<const Entry> entries = grid_.entries();
   for (auto& numbers : row_) resize_with_room(numbers, entries.size() + simd::row_padding);
-  parallel::for_each(threads, entries.size(), 1024, [&](std::size_t i) {
+  parallel::for_each(problem.frame.threads(), entries.size(), 1024, [&](std::size_t i) {
     const Index edge = reference_of(entries[i]);
-    const auto [in, out] = problem.ends(edge);
+    const auto [in, out] = problem.border.ends(edge);
     const FixedPoint& a = at(problem.fixed.points(), in);
     const FixedPoint& b = at(problem.fixed.points(), out);
-    const std::array<std::int32_t, 7> numbers{a.x, a.y, a.z, b.x, b.y, b.z, problem.body(edge)};
+    const std::array<std::int32_t, 7> numbers{a.x, a.y, a.z, b.x, b.y, b.z, problem.border.body(edge)};
     for (std::size_t k = 0; k < numbers.size(); ++k) row_[k][i] = numbers[k];
   });
 }
@@ -195,16 +189,10 @@ simd::EdgeRows ClusteredCrossings::rows() const {
           row_[6].data()};
 }
 
-void ClusteredCrossings::mark_penetrated(const Problem& problem) {
-  penetrated_.assign(problem.bodies.bodies().size(), 0);
-  for (const BorderEdge& edge : problem.border_edges)
-    at(penetrated_, at(problem.contacts.body, edge.contact)) = 1;
-}
-
-void ClusteredCrossings::find_within(const parallel::Threads& threads, const Problem& problem) {
-  queue_.arrange(clusters_, problem.positions, region_,
+void ClusteredCrossings::find_within(const Problem& problem, const WorkLimit& limit) {
+  queue_.arrange(clusters_, problem.frame.positions(), limit.region,
                  [&](const Cluster& cluster) { return at(penetrated_, cluster.body) != 0; });
-  run_.run(threads, queue_, *allowance_,
+  run_.run(problem.frame.threads(), queue_, limit.allowance,
            [&](std::span<const Cluster> clusters, std::span<std::uint8_t> answers,
                std::vector<EdgeInTriangle>& found) {
              Work work(*this, problem, found, answers);
@@ -222,26 +210,42 @@ void ClusteredCrossings::choose_clusters() {
     if (at(penetrated_, cluster.body) != 0) active_.push_back(cluster);
 }
 
-void ClusteredCrossings::find(const parallel::Threads& threads, const Bodies& bodies,
-                              std::span<const Vec3> positions, const Contacts& contacts,
-                              std::span<const BorderEdge> border_edges, const Lattice& lattice,
-                              const FixedPositions& fixed, std::vector<Index>& left) {
-  const Problem problem{bodies, positions, contacts, border_edges, lattice, fixed};
-  place_edges(threads, problem, left);
-  put_in_order(threads, problem);
-  mark_penetrated(problem);
-  if (allowance_ != nullptr) return find_within(threads, problem);
+void ClusteredCrossings::find_short(const Problem& problem) {
   choose_clusters();
   constexpr std::size_t grain = ClusterBlock::most_clusters;
   const std::span<const Cluster> clusters = active_;
   tallies_.assign(parallel::chunk_count(clusters.size(), grain), {});
-  lists_.fill(threads, clusters.size(), grain,
+  lists_.fill(problem.frame.threads(), clusters.size(), grain,
               [&](std::size_t begin, std::size_t end, std::vector<EdgeInTriangle>& found) {
                 Work work(*this, problem, found);
                 work.run(clusters.subspan(begin, end - begin));
                 tallies_[begin / grain] = work.tally();
               });
   lists_.join(found_);
+}
+
+void ClusteredCrossings::find(const Frame& frame, const BorderEdgeView& border,
+                              const std::optional<WorkLimit>& limit) {
+  queue_.clear();
+  found_.clear();
+  tallies_.clear();
+  if (const FixedPositions* const fixed = frame.fixed()) {
+    const Problem problem{frame, border, *fixed};
+    place_edges(problem);
+    put_in_order(problem);
+    border.mark_bodies(penetrated_, frame.bodies().bodies().size());
+    if (limit) {
+      find_within(problem, *limit);
+    } else {
+      find_short(problem);
+    }
+    single_triangles_.find_some(frame, border, long_edges_);
+  } else {
+    single_triangles_.find(frame, border, limit);
+  }
+  const std::span<const EdgeInTriangle> more = single_triangles_.found();
+  make_room(found_, found_.size() + more.size());
+  found_.insert(found_.end(), more.begin(), more.end());
 }
 
 }  // namespace palpate

@@ -29,7 +29,7 @@ constexpr double full_agreement = 0.9;
 
 DepthCounts DepthEstimate::compute(const parallel::Threads& threads, const Bodies& bodies,
                                    std::span<const Vec3> positions, ContactTable& table,
-                                   const BorderEdges& border_edges, const CrossingQuery& crossings,
+                                   const BorderEdges& border_edges, const Crossings& crossings,
                                    const PlaneCache& cache, const Deadline& deadline) {
   const Frame frame{threads,      bodies,    positions, table,   border_edges.edges(),
                     border_edges, crossings, cache,     deadline};

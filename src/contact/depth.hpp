@@ -44,7 +44,7 @@ class DepthEstimate {
   /// computed (by `cache`) have border edges. Others have depth and direction of their cached plane, which is
   /// a given plane for their neighbours.
   DepthCounts compute(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
-                      ContactTable& table, const BorderEdges& border_edges, const CrossingQuery& crossings,
+                      ContactTable& table, const BorderEdges& border_edges, const Crossings& crossings,
                       const PlaneCache& cache = {}, const Deadline& deadline = {});
   [[nodiscard]] const SurfaceNormals& normals() const { return normals_; }
   /// How the plane of a contact was found.
@@ -65,7 +65,7 @@ class DepthEstimate {
     ContactTable& table;
     std::span<const BorderEdge> border_edges;
     const BorderEdges& links;
-    const CrossingQuery& crossings;
+    const Crossings& crossings;
     const PlaneCache& cache;
     const Deadline& deadline;
   };

@@ -112,7 +112,7 @@ void DepthEstimate::list_crossings(const Frame& frame, std::size_t begin, std::s
     for (Index e = border_begin_[c]; e < border_begin_[c + 1]; ++e) {
       const Index first = at(frame.crossings.begin(), e);
       if (at(frame.crossings.begin(), e + 1) - first != 1) continue;
-      const Crossing& crossing = at(frame.crossings.crossings(), first);
+      const Crossing& crossing = at(frame.crossings.all(), first);
       scratch.crossed.push_back(
           {contacts.point[c], at(frame.border_edges, e).free_point, crossing.triangle, crossing.parameter});
     }
@@ -159,7 +159,7 @@ void DepthEstimate::add_border(const Frame& frame, std::size_t c, const EdgeExit
     } else {
       const Vec3& p = at(frame.positions, point);
       add(EdgeExit(frame.bodies, frame.positions, normals_, p, at(frame.positions, free_point) - p,
-                   frame.crossings.crossings().subspan(first, last - first)),
+                   frame.crossings.all().subspan(first, last - first)),
           inverse);
     }
   }

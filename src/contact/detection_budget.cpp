@@ -7,6 +7,7 @@
 
 #include <palpate/error.hpp>
 
+#include "contact/frame.hpp"
 #include "geometry/vector.hpp"
 #include "number_text.hpp"
 
@@ -35,7 +36,9 @@ double work_of(std::size_t contacts, std::size_t spared) {
   return static_cast<double>(contacts) - (1.0 - spared_fraction) * static_cast<double>(spared);
 }
 
-void check(const DetectionSettings& settings) {
+}  // namespace
+
+void DetectionBudget::check(const DetectionSettings& settings) {
   const Budget budget = settings.budget.value_or(Budget{});
   if (budget.tests.has_value() == budget.milliseconds.has_value()) {
     throw Error("detection settings", "budget",
@@ -54,7 +57,7 @@ void check(const DetectionSettings& settings) {
     throw Error("detection settings", "budget.region", "a radius of " + number_text(budget.region->radius),
                 "a finite centre and a finite radius > 0");
   }
-  if (settings.structure != Structure::compact || settings.cells_per_primitive) {
+  if (!works_on_clusters(settings)) {
     throw Error("detection settings", "budget",
                 settings.cells_per_primitive
                     ? "a budget with cells_per_primitive"
@@ -64,14 +67,17 @@ void check(const DetectionSettings& settings) {
   }
 }
 
-}  // namespace
-
-DetectionBudget::DetectionBudget(const DetectionSettings& settings, std::size_t bodies)
-    : budget_(settings.budget.value_or(Budget{})), later_phases_(contacts_for_none), late_bodies_(bodies, 0) {
-  check(settings);
-}
+DetectionBudget::DetectionBudget(const DetectionSettings& settings, std::size_t bodies, ClusterQueue& tets,
+                                 ClusterQueue& triangles)
+    : budget_(settings.budget.value_or(Budget{})),
+      tets_(tets),
+      triangles_(triangles),
+      later_phases_(contacts_for_none),
+      late_bodies_(bodies, 0) {}
 
 void DetectionBudget::begin(double fraction) {
+  fraction_ = fraction;
+  before_ = {tets_.states(), triangles_.states()};
   allowance_.reset();
   refining_ = {};
   points_seconds_ = 0.0;
@@ -88,11 +94,16 @@ void DetectionBudget::begin(double fraction) {
   }
 }
 
-Allowance* DetectionBudget::begin_crossings() {
-  if (!allowance_ || !budget_.tests) return nullptr;
+std::optional<WorkLimit> DetectionBudget::points_limit() {
+  if (!allowance_) return std::nullopt;
+  return WorkLimit{*allowance_, budget_.region};
+}
+
+std::optional<WorkLimit> DetectionBudget::begin_crossings() {
+  if (!allowance_ || !budget_.tests) return std::nullopt;
   const double tests = (1.0 - points_fraction) * static_cast<double>(*budget_.tests);
   allowance_->grant(static_cast<std::uint64_t>(std::ceil(tests)));
-  return &*allowance_;
+  return WorkLimit{*allowance_, budget_.region};
 }
 
 void DetectionBudget::end_points(double seconds) {
@@ -108,8 +119,7 @@ std::size_t DetectionBudget::recomputed_contacts_limit(std::size_t contacts) con
   return limit < static_cast<double>(contacts) ? static_cast<std::size_t>(limit) : contacts;
 }
 
-void DetectionBudget::end(const DetectionTimes& times, std::size_t spared, ClusterQueue* tets,
-                          ClusterQueue* triangles, DetectionCounts& counts) {
+void DetectionBudget::end(const DetectionTimes& times, std::size_t spared, DetectionCounts& counts) {
   const double after = times.contacts - points_seconds_ + times.border_edges + times.crossings + times.depth;
   // An interrupted detection must not look cheap, or the next one would plan too much. A sample without
   // contacts has no information on their cost.
@@ -120,8 +130,7 @@ void DetectionBudget::end(const DetectionTimes& times, std::size_t spared, Clust
   counts.late_clusters = 0;
   counts.completeness = 1.0;
   std::size_t all = 0;
-  for (ClusterQueue* queue : {tets, triangles}) {
-    if (queue == nullptr) continue;
+  for (ClusterQueue* queue : {&tets_, &triangles_}) {
     all += queue->ordered().size();
     counts.late_clusters += queue->close(late_bodies_);
   }
@@ -132,6 +141,40 @@ void DetectionBudget::end(const DetectionTimes& times, std::size_t spared, Clust
   shortest_detection_.add(
       (times.grid + points_seconds_ + later_phases_.usual(work_of(counts.contacts, counts.contacts))) /
       planned_fraction);
+}
+
+void DetectionBudget::hold() {
+  held_ = {fraction_, before_, {tets_.states(), triangles_.states()}, late_bodies_};
+}
+
+void DetectionBudget::swap_back() {
+  fraction_ = held_.fraction;
+  before_ = held_.before;
+  tets_.states() = held_.now.tets;
+  triangles_.states() = held_.now.triangles;
+  late_bodies_ = held_.late_bodies;
+}
+
+void DetectionBudget::save(DetectorMemory& memory) const {
+  memory.tet_states = before_.tets;
+  memory.triangle_states = before_.triangles;
+  memory.fraction = fraction_;
+}
+
+void DetectionBudget::recall(const DetectorMemory& memory) {
+  std::vector<std::uint8_t>& tets = tets_.states();
+  std::vector<std::uint8_t>& triangles = triangles_.states();
+  if (memory.tet_states.size() != tets.size() || memory.triangle_states.size() != triangles.size() ||
+      !(memory.fraction > 0.0) || !(memory.fraction <= 1.0)) {
+    throw Error("detector", "memory",
+                "a budget state of " + std::to_string(memory.tet_states.size()) + " clusters of tets, " +
+                    std::to_string(memory.triangle_states.size()) + " of triangles, fraction " +
+                    std::to_string(memory.fraction),
+                std::to_string(tets.size()) + " and " + std::to_string(triangles.size()) +
+                    " clusters, as in this scene, and a fraction above 0 and up to 1");
+  }
+  tets = memory.tet_states;
+  triangles = memory.triangle_states;
 }
 
 }  // namespace palpate

@@ -10,27 +10,11 @@
 
 #include "contact/detector_state.hpp"
 #include "contact/detector_steps.hpp"
+#include "contact/list_plan.hpp"
 
 namespace palpate {
 
-void Detector::State::recall_budget(const DetectorMemory& memory) {
-  if (!budget) return;
-  std::vector<std::uint8_t>& tets = cluster_query->queue().states();
-  std::vector<std::uint8_t>& triangles = crossings.clustered().queue().states();
-  if (memory.tet_states.size() != tets.size() || memory.triangle_states.size() != triangles.size() ||
-      !(memory.fraction > 0.0) || !(memory.fraction <= 1.0)) {
-    throw Error("detector", "memory",
-                "a budget state of " + std::to_string(memory.tet_states.size()) + " clusters of tets, " +
-                    std::to_string(memory.triangle_states.size()) + " of triangles, fraction " +
-                    std::to_string(memory.fraction),
-                std::to_string(tets.size()) + " and " + std::to_string(triangles.size()) +
-                    " clusters, as in this scene, and a fraction above 0 and up to 1");
-  }
-  tets = memory.tet_states;
-  triangles = memory.triangle_states;
-}
-
-void Detector::State::recall_coherence(const DetectorMemory& memory) {
+void Detector::State::check_coherence(const DetectorMemory& memory) const {
   const std::size_t n = bodies.points_rest().size();
   const auto& points_then = memory.reference_points;
   constexpr std::int32_t most = 1 << 30;  // largest fixed position
@@ -45,42 +29,22 @@ void Detector::State::recall_coherence(const DetectorMemory& memory) {
         std::to_string(points_then.size()) + " reference positions of near lists, or a position out of range",
         std::to_string(n) + " positions of [0, 2^30], as a detection saves them; none without near lists");
   }
-  if (!coherent()) return;
-  CompactGrid grid(settings.order, settings.sort);
-  FixedPositions fixed_then = *fixed;
-  if (!points_then.empty()) {
-    fixed_then.set_points(points_then);
-    grid.build_points(threads, lattice, fixed_then);
-    fixed_then.put_in_order(threads, grid.entries());
-  }
-  cluster_query->recall(memory.coherence, threads, bodies, may_touch(), grid, fixed_then);
-  skipped_grid = memory.skipped_grid;
-  if (skipped_grid) std::get<CompactGrid>(points).skip_points(threads, lattice, *fixed);
 }
 
 DetectorMemory Detector::memory() const {
   const State& s = *state_;
-  const auto* const grid = std::get_if<CompactGrid>(&s.points);
-  std::vector<std::array<std::int32_t, 3>> reference_points;
-  ListPlan::Numbers coherence = ListPlan().numbers();
-  if (s.cluster_query != nullptr && !s.other_domain) {
-    for (const simd::FixedPoint& p : s.cluster_query->listed_points())
-      reference_points.push_back({p.x, p.y, p.z});
-    coherence = s.cluster_query->plan().numbers();
-  }
-  return {.cell_size = s.cell_size.cell_size,
-          .trials = s.cell_size.trials,
-          .lower = s.lattice.domain().lower,
-          .upper = s.lattice.domain().upper,
-          .detections = s.step,
-          .repairs = grid == nullptr || grid->adaptive_switch().repairing(),
-          .counts = s.counts,
-          .tet_states = s.waiting.tets,
-          .triangle_states = s.waiting.triangles,
-          .fraction = s.fraction,
-          .reference_points = std::move(reference_points),
-          .coherence = coherence,
-          .skipped_grid = s.skipped_grid};
+  const Box& domain = s.frame.lattice().domain();
+  DetectorMemory memory;
+  memory.cell_size = s.frame.cell_size().cell_size;
+  memory.trials = s.frame.cell_size().trials;
+  memory.lower = domain.lower;
+  memory.upper = domain.upper;
+  memory.detections = s.frame.detections();
+  memory.counts = s.counts;
+  memory.coherence = ListPlan().numbers();
+  s.points->save(s.frame, memory);
+  if (s.budget) s.budget->save(memory);
+  return memory;
 }
 
 void Detector::recall(const DetectorMemory& memory, std::span<const Vec3> positions) {
@@ -92,19 +56,13 @@ void Detector::recall(const DetectorMemory& memory, std::span<const Vec3> positi
     throw Error("detector", "memory", "a domain or cell size out of range",
                 "the values that a detector has saved");
   }
-  s.cell_size.cell_size = memory.cell_size;
-  s.cell_size.trials = memory.trials;
-  s.lattice = Lattice({memory.lower, memory.upper}, memory.cell_size);
-  s.step = memory.detections - 1;
-  s.recall_budget(memory);
-  s.skips_coherence = true;
+  s.check_coherence(memory);
+  if (s.budget) s.budget->recall(memory);
+  s.frame.recall(memory.cell_size, memory.trials, {memory.lower, memory.upper}, memory.detections - 1);
   s.tables.now() = {};  // its contacts belong to other positions
   s.plane_cache = {};
-  detect(positions, memory.fraction);
-  s.skips_coherence = false;
-  s.recall_coherence(memory);
-  if (auto* const grid = std::get_if<CompactGrid>(&s.points))
-    grid->adaptive_switch().set_repairing(memory.repairs);
+  s.detect(positions, memory.fraction, true);
+  s.points->recall(s.frame, memory);
   s.counts = memory.counts;
 }
 
@@ -113,14 +71,9 @@ void Detector::State::hold() {
   held.has_lists = false;
   held.counts = counts;
   held.times = times;
-  held.lattice = lattice;
-  held.step = step;
+  frame.hold();
   tables.hold();
-  if (!budget) return;
-  held.fraction = fraction;
-  held.waiting = waiting;
-  held.waiting_now = {cluster_query->queue().states(), crossings.clustered().queue().states()};
-  held.late_bodies = budget->late_bodies();
+  if (budget) budget->hold();
 }
 
 /// Call before border edges are found while a table is held: swaps the held lists (border edges and
@@ -128,7 +81,7 @@ void Detector::State::hold() {
 void Detector::State::keep_held_lists() {
   if (!held.active || held.has_lists) return;
   border_edges.swap_edges(held.border_edges);
-  crossings.swap_crossings(held.crossings);
+  crossings.swap(held.crossings);
   held.has_lists = true;
 }
 
@@ -136,23 +89,14 @@ void Detector::State::swap_back() {
   if (!held.active) return;
   if (held.has_lists) {
     border_edges.swap_edges(held.border_edges);
-    crossings.swap_crossings(held.crossings);
+    crossings.swap(held.crossings);
   }
   counts = held.counts;
   times = held.times;
-  const Box& domain = held.lattice.domain();
-  other_domain = domain.lower != lattice.domain().lower || domain.upper != lattice.domain().upper ||
-                 held.lattice.cell_size() != lattice.cell_size();
-  lattice = held.lattice;
-  step = held.step;
+  frame.swap_back();
   tables.swap_back();
   held.active = false;
-  if (!budget) return;
-  fraction = held.fraction;
-  waiting = held.waiting;
-  cluster_query->queue().states() = held.waiting_now.tets;
-  crossings.clustered().queue().states() = held.waiting_now.triangles;
-  budget->set_late_bodies(held.late_bodies);
+  if (budget) budget->swap_back();
 }
 
 void Detector::State::release() {
@@ -167,10 +111,10 @@ const ContactTable& DetectorSteps::table(const Detector& detector) {
   return detector.state_->tables.now();
 }
 PairFilter DetectorSteps::may_touch(const Detector& detector) {
-  return detector.state_->may_touch();
+  return detector.state_->frame.may_touch();
 }
 const SurfaceNormals* DetectorSteps::normals(const Detector& detector) {
-  return detector.state_->settings.edge_contacts ? &detector.state_->depth.normals() : nullptr;
+  return detector.state_->wants_edge_contacts ? &detector.state_->depth.normals() : nullptr;
 }
 void DetectorSteps::hold(Detector& detector) {
   detector.state_->hold();

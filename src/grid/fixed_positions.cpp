@@ -5,8 +5,6 @@
 #include <bit>
 #include <cmath>
 
-#include "prefetch.hpp"
-
 namespace palpate {
 namespace {
 
@@ -30,9 +28,6 @@ FixedPositions::FixedPositions(std::span<const std::uint8_t> included, std::span
     if (included[p] == 0) absent_.push_back(static_cast<std::uint32_t>(p));
     points_[p] = {0, 0, 0, static_cast<std::int32_t>(static_cast<std::uint32_t>(p) | mark)};
   }
-  const auto n = static_cast<std::size_t>(std::count(included.begin(), included.end(), 1));
-  words_.resize(n + simd::row_padding);
-  names_.resize(n + simd::row_padding);
 }
 
 bool FixedPositions::represents(const Lattice& lattice) {
@@ -79,26 +74,6 @@ void FixedPositions::write_linear_keys(const parallel::Threads& threads,
         simd::linear_keys(std::span(points_).subspan(begin, end - begin), rule, keys.data() + begin);
       });
   for (const std::uint32_t p : absent_) keys[p] = no_key;
-}
-
-void FixedPositions::put_in_order(const parallel::Threads& threads, std::span<const Entry> entries) {
-  const bool asks_ahead = entries.size() > most_in_cache;
-  parallel::for_chunks(threads, entries.size(), light_grain,
-                       [&](std::size_t begin, std::size_t end, std::size_t) {
-                         constexpr std::size_t at_a_time = 256;
-                         constexpr std::size_t ahead = 24;
-                         std::array<simd::FixedPoint, at_a_time + simd::row_padding> some{};
-                         for (std::size_t first = begin; first < end; first += at_a_time) {
-                           const std::size_t n = std::min(at_a_time, end - first);
-                           for (std::size_t i = 0; i < n; ++i) {
-                             if (asks_ahead && first + i + ahead < end)
-                               prefetch(&at(points_, reference_of(entries[first + i + ahead])));
-                             some[i] = at(points_, reference_of(entries[first + i]));
-                           }
-                           simd::coarse_words(std::span(some).first(n), coarse_shift(), words_.data() + first,
-                                              names_.data() + first);
-                         }
-                       });
 }
 
 }  // namespace palpate

@@ -16,7 +16,7 @@
 
 namespace palpate {
 
-/// Positions as fixed-point numbers in fractions of a cell; also in the order of a grid's L (docs/query.md).
+/// Positions as fixed-point numbers in fractions of a cell (docs/query.md).
 ///
 /// A number is floor((x - lower) / cell size x 2^fraction_bits()), computed in double: below 2^31, monotone
 /// in x, and the error of a difference of two is below 1 + 2^-20. The cell of a point is its number without
@@ -39,14 +39,8 @@ class FixedPositions {
   void set_points(std::span<const std::array<std::int32_t, 3>> numbers);
   /// The keys of all points, linear cell indices below 2^31; excluded points have no_key. Parallel, O(n).
   void write_linear_keys(const parallel::Threads& threads, std::vector<std::uint32_t>& keys) const;
-  /// Copies points in the order of L, `entries`. Parallel, O(entries).
-  void put_in_order(const parallel::Threads& threads, std::span<const Entry> entries);
 
   [[nodiscard]] std::span<const simd::FixedPoint> points() const { return points_; }  ///< (n_points)
-  /// The points in the order of L.
-  [[nodiscard]] simd::PointRows in_order() const {
-    return {points_.data(), words_.data(), names_.data(), coarse_shift()};
-  }
   [[nodiscard]] int fraction_bits() const { return fraction_bits_; }
   /// The shift of coarse coordinates.
   [[nodiscard]] int coarse_shift() const { return std::max(fraction_bits_ - simd::Coarse::cell_bits, 0); }
@@ -56,18 +50,13 @@ class FixedPositions {
             std::min(p.z >> fraction_bits_, size_[2] - 1)};
   }
   [[nodiscard]] bool included(Index point) const { return at(included_, point) != 0; }
-  [[nodiscard]] std::size_t bytes() const {
-    return points_.capacity() * sizeof(simd::FixedPoint) +
-           (words_.capacity() + names_.capacity()) * sizeof(std::int32_t);
-  }
+  [[nodiscard]] std::size_t bytes() const { return points_.capacity() * sizeof(simd::FixedPoint); }
 
  private:
   std::vector<std::uint8_t> included_;
   std::vector<std::uint32_t> absent_;  ///< points that are left out
   std::vector<simd::Bounds> bounds_;   ///< of a chunk
   std::vector<simd::FixedPoint> points_;
-  std::vector<std::int32_t> words_;  ///< in the order of L
-  std::vector<std::int32_t> names_;
   int fraction_bits_ = 0;
   Cell size_{};
 };

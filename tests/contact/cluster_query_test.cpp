@@ -48,10 +48,8 @@ Answer ask(const Case& c, const simd::ClusterKernels& kernels, int thread_count)
   FixedPositions fixed(std::vector<std::uint8_t>(n, 1), marks);
   EXPECT_TRUE(FixedPositions::represents(lattice));
   fixed.place(threads, lattice, positions);
-  CompactGrid grid(c.order);
-  grid.build_points(threads, lattice, n,
-                    [&](Index p) { return std::optional(lattice.cell_of(at(positions, p))); });
-  fixed.put_in_order(threads, grid.entries());
+  PointGrid grid(c.order);
+  grid.build(threads, lattice, fixed);
   ClusterQuery query(c.scene.bodies, kernels);
   query.find(threads, c.scene.bodies, positions, PairFilter{c.scene.immovable, c.self_collision}, grid,
              fixed);

@@ -104,10 +104,9 @@ class Course {
   Pairs ask(const Lattice& lattice, const std::vector<Vec3>& x, bool new_lattice) {
     fixed_.place(threads_, lattice, x);
     if (query_.begin_frame(threads_, scene_.bodies, fixed_, new_lattice)) {
-      grid_.build_points(threads_, lattice, fixed_);
-      fixed_.put_in_order(threads_, grid_.entries());
+      grid_.build(threads_, lattice, fixed_);
     } else {
-      grid_.skip_points(threads_, lattice, fixed_);
+      grid_.skip(threads_, lattice, fixed_);
     }
     query_.find(threads_, scene_.bodies, x, {scene_.immovable, scene_.self_collision, scene_.ignored}, grid_,
                 fixed_);
@@ -132,7 +131,7 @@ class Course {
 
   const Scene& scene_;
   parallel::Threads threads_;
-  CompactGrid grid_;
+  PointGrid grid_;
   ClusterQuery query_;
   FixedPositions fixed_;
 };

@@ -8,9 +8,9 @@
 #include <palpate/detection.hpp>
 
 #include "contact/border_edges.hpp"
+#include "contact/crossings_of.hpp"
 #include "contact/nearest_surface.hpp"
 #include "geometry/vector.hpp"
-#include "grid/brute.hpp"
 #include "support/meshes.hpp"
 #include "support/random.hpp"
 
@@ -237,11 +237,7 @@ Contacts with_rough_depths(const Bodies& bodies, DepthCounts& counts) {
   table.assign(threads, bodies, positions, found);
   BorderEdges border_edges(bodies);
   border_edges.find(threads, bodies, positions, table);
-  const Lattice lattice({{-100, -100, -100}, {100, 100, 100}}, 1.0);
-  BruteForce edges;
-  CrossingQuery crossings;
-  crossings.find(threads, bodies, positions, table.contacts(), border_edges.edges(), lattice, edges,
-                 CellSlots(0, 0));
+  const Crossings crossings = test::crossings_of(bodies, positions, table, border_edges);
   counts = DepthEstimate(bodies).compute(threads, bodies, positions, table, border_edges, crossings, {},
                                          Deadline(Deadline::Clock::now()));
   return table.contacts();

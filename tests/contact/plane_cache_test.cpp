@@ -13,11 +13,10 @@
 #include "contact/border_edges.hpp"
 #include "contact/contact_tables.hpp"
 #include "contact/cost_line.hpp"
-#include "contact/crossings.hpp"
+#include "contact/crossings_of.hpp"
 #include "contact/depth.hpp"
 #include "contact/detection_budget.hpp"
 #include "geometry/vector.hpp"
-#include "grid/brute.hpp"
 #include "support/meshes.hpp"
 
 namespace palpate {
@@ -238,10 +237,7 @@ Contacts with_planes(Cached& r, std::span<const Vec3> positions) {
   border_edges.find(r.threads, r.bodies, positions, table, r.cache.sources());
   for (const BorderEdge& edge : border_edges.edges())
     EXPECT_EQ(r.cache.source(static_cast<std::size_t>(edge.contact)), PlaneCache::compute);
-  BruteForce edges;
-  CrossingQuery crossings;
-  crossings.find(r.threads, r.bodies, positions, table.contacts(), border_edges.edges(),
-                 Lattice({{-100, -100, -100}, {100, 100, 100}}, 1.0), edges, CellSlots(0, 0));
+  const Crossings crossings = test::crossings_of(r.bodies, positions, table, border_edges);
   DepthEstimate depth(r.bodies);
   const DepthCounts counts =
       depth.compute(r.threads, r.bodies, positions, table, border_edges, crossings, r.cache);
@@ -357,12 +353,14 @@ TEST(PlaneCache, WithoutACacheAllGoByAFew) {
 TEST(DetectionBudget, SomeAreAlwaysFoundAnew) {
   DetectionSettings settings;
   settings.budget = Budget{.milliseconds = 1e-9};
-  DetectionBudget budget(settings, 1);
+  ClusterQueue tets(0);
+  ClusterQueue triangles(0);
+  DetectionBudget budget(settings, 1, tets, triangles);
   DetectionCounts counts;
   counts.contacts = 1000;
   budget.begin(1.0);
   EXPECT_EQ(budget.recomputed_contacts_limit(1000), 1000U) << "the first detection is not limited";
-  budget.end({.depth = 1e-3}, 0, nullptr, nullptr, counts);
+  budget.end({.depth = 1e-3}, 0, counts);
   budget.begin(1.0);
   for (const std::size_t contacts : {1U, 10U, 31U, 32U})
     EXPECT_EQ(budget.recomputed_contacts_limit(contacts), 1U);
