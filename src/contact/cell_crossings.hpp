@@ -59,7 +59,7 @@ class CellCrossings final : public CrossingQuery {
   /// Input of find_some(). The structure holds indices into `edges`.
   struct Problem {
     const Frame& frame;
-    const BorderEdgeView& border;
+    BorderEdgeView border;
     std::span<const Index> edges;
     CellSlots slots;
 

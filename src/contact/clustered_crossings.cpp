@@ -30,7 +30,7 @@ Extent larger(const Extent& a, const Extent& b) {
 /// Input of find() that all chunks use.
 struct ClusteredCrossings::Problem {
   const Frame& frame;
-  const BorderEdgeView& border;
+  BorderEdgeView border;
   const FixedPositions& fixed;
 
   [[nodiscard]] std::int32_t most_length() const {
@@ -139,11 +139,12 @@ void ClusteredCrossings::place_edges(const Problem& problem) {
   resize_with_room(cells_, n);
   assign_with_room(longest_of_chunk_, parallel::chunk_count(n, grain), Extent{});
   parallel::for_chunks(threads, n, grain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+    const BorderEdgeView border = problem.border;
     std::int32_t x = 0;
     std::int32_t y = 0;
     std::int32_t z = 0;
     for (std::size_t e = begin; e < end; ++e) {
-      const auto [in, out] = problem.border.ends(static_cast<Index>(e));
+      const auto [in, out] = border.ends(static_cast<Index>(e));
       const FixedPoint& a = at(points, in);
       const FixedPoint& b = at(points, out);
       const std::int32_t along_x = std::abs(a.x - b.x);
@@ -173,14 +174,17 @@ void ClusteredCrossings::place_edges(const Problem& problem) {
 void ClusteredCrossings::put_in_order(const Problem& problem) {
   const std::span<const Entry> entries = grid_.entries();
   for (auto& numbers : row_) resize_with_room(numbers, entries.size() + simd::row_padding);
-  parallel::for_each(problem.frame.threads(), entries.size(), 1024, [&](std::size_t i) {
-    const Index edge = reference_of(entries[i]);
-    const auto [in, out] = problem.border.ends(edge);
-    const FixedPoint& a = at(problem.fixed.points(), in);
-    const FixedPoint& b = at(problem.fixed.points(), out);
-    const std::array<std::int32_t, 7> numbers{a.x, a.y, a.z, b.x, b.y, b.z, problem.border.body(edge)};
-    for (std::size_t k = 0; k < numbers.size(); ++k) row_[k][i] = numbers[k];
-  });
+  const std::span<const FixedPoint> points = problem.fixed.points();
+  parallel::for_each(problem.frame.threads(), entries.size(), 1024,
+                     [this, entries, points, border = problem.border](std::size_t i) {
+                       const Index edge = reference_of(entries[i]);
+                       const auto [in, out] = border.ends(edge);
+                       const FixedPoint& a = at(points, in);
+                       const FixedPoint& b = at(points, out);
+                       const std::array<std::int32_t, 7> numbers{
+                           a.x, a.y, a.z, b.x, b.y, b.z, border.body(edge)};
+                       for (std::size_t k = 0; k < numbers.size(); ++k) row_[k][i] = numbers[k];
+                     });
 }
 
 simd::EdgeRows ClusteredCrossings::rows() const {

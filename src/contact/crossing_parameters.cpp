@@ -14,26 +14,22 @@ namespace {
 struct Finder {
   const Bodies& bodies;
   std::span<const Vec3> positions;
-  const Contacts& contacts;
-  std::span<const BorderEdge> border_edges;
+  BorderEdgeView border;
 
-  [[nodiscard]] const Vec3& inner_end(const BorderEdge& edge) const {
-    return at(positions, at(contacts.point, edge.contact));
-  }
   [[nodiscard]] double parameter(const EdgeInTriangle& found) const {
-    const BorderEdge& edge = at(border_edges, found.border_edge);
+    const auto [in, out] = border.ends(found.border_edge);
     const auto& [t0, t1, t2] = at(bodies.triangles(), found.triangle);
-    return crossing_parameter(inner_end(edge), at(positions, edge.free_point), at(positions, t0),
-                              at(positions, t1), at(positions, t2));
+    return crossing_parameter(at(positions, in), at(positions, out), at(positions, t0), at(positions, t1),
+                              at(positions, t2));
   }
   /// Computes at most as many parameters as there are lanes.
   void parameters(std::span<const EdgeInTriangle> found, std::span<Crossing> crossings) const {
     simd::SegmentsInTriangles segments;
     for (std::size_t lane = 0; lane < found.size(); ++lane) {
-      const BorderEdge& edge = at(border_edges, found[lane].border_edge);
+      const auto [in, out] = border.ends(found[lane].border_edge);
       const Triangle& triangle = at(bodies.triangles(), found[lane].triangle);
-      segments.a.put(inner_end(edge), lane);
-      segments.b.put(at(positions, edge.free_point), lane);
+      segments.a.put(at(positions, in), lane);
+      segments.b.put(at(positions, out), lane);
       for (std::size_t k = 0; k < 3; ++k) segments.corner[k].put(at(positions, triangle[k]), lane);
     }
     simd::find_parameters(segments, found.size());
@@ -48,10 +44,10 @@ struct Finder {
 }  // namespace
 
 void find_parameters(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
-                     const Contacts& contacts, std::span<const BorderEdge> border_edges,
-                     std::span<const EdgeInTriangle> found, std::span<Crossing> crossings) {
+                     const BorderEdgeView& border, std::span<const EdgeInTriangle> found,
+                     std::span<Crossing> crossings) {
   constexpr std::size_t lanes = simd::SegmentsInTriangles::most;
-  const Finder finder{bodies, positions, contacts, border_edges};
+  const Finder finder{bodies, positions, border};
   parallel::for_chunks(threads, found.size(), 16 * lanes,
                        [&](std::size_t begin, std::size_t end, std::size_t) {
                          for (std::size_t i = begin; i < end; i += lanes) {

@@ -4,6 +4,7 @@
 
 #include <palpate/detection.hpp>
 
+#include "contact/border_edge_view.hpp"
 #include "parallel/parallel.hpp"
 
 namespace palpate {
@@ -17,7 +18,7 @@ struct EdgeInTriangle {
 /// Computes `crossings`, one for each pair in the same order, with its crossing_parameter(). O(crossings),
 /// parallel.
 void find_parameters(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
-                     const Contacts& contacts, std::span<const BorderEdge> border_edges,
-                     std::span<const EdgeInTriangle> found, std::span<Crossing> crossings);
+                     const BorderEdgeView& border, std::span<const EdgeInTriangle> found,
+                     std::span<Crossing> crossings);
 
 }  // namespace palpate

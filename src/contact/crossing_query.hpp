@@ -1,15 +1,13 @@
 #pragma once
 
-#include <algorithm>
-#include <array>
 #include <cstddef>
 #include <memory>
 #include <optional>
 #include <span>
-#include <vector>
 
 #include <palpate/detection.hpp>
 
+#include "contact/border_edge_view.hpp"
 #include "contact/cluster_queue.hpp"
 #include "contact/crossing_parameters.hpp"
 #include "contact/frame.hpp"
@@ -17,27 +15,6 @@
 #include "contact/work_limit.hpp"
 
 namespace palpate {
-
-/// The border edges of a detection, and the contacts at their ends.
-struct BorderEdgeView {
-  const Contacts& contacts;
-  std::span<const BorderEdge> edges;
-
-  [[nodiscard]] std::size_t size() const { return edges.size(); }
-  /// The point in contact, then the free one.
-  [[nodiscard]] std::array<Index, 2> ends(Index edge) const {
-    const BorderEdge& e = at(edges, edge);
-    return {at(contacts.point, e.contact), e.free_point};
-  }
-  /// The penetrated body.
-  [[nodiscard]] Index body(Index edge) const { return at(contacts.body, at(edges, edge).contact); }
-  /// Marks the penetrated bodies.
-  /// \param marks  (n_bodies) 1 for these, otherwise 0
-  void mark_bodies(std::vector<std::uint8_t>& marks, std::size_t bodies) const {
-    marks.assign(bodies, 0);
-    for (const BorderEdge& edge : edges) at(marks, at(contacts.body, edge.contact)) = 1;
-  }
-};
 
 /// Edge-triangle query (paper 3 and 4): which border edges meet which surface triangles of the body that they
 /// leave; triangles with a corner on the edge are left out. Implementations: clusters of triangles

@@ -17,7 +17,7 @@ void Crossings::set(const parallel::Threads& threads, const Bodies& bodies, std:
               [](const EdgeInTriangle& a, const EdgeInTriangle& b) { return a.triangle < b.triangle; });
   });
   resize_with_room(crossings_, sorted_.size());
-  find_parameters(threads, bodies, positions, border.contacts, border.edges, sorted_, crossings_);
+  find_parameters(threads, bodies, positions, border, sorted_, crossings_);
 }
 
 }  // namespace palpate

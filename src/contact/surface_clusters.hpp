@@ -16,15 +16,10 @@ namespace palpate {
 struct SurfaceClusters {
   explicit SurfaceClusters(const Bodies& bodies);
 
-  Clusters clusters;              ///< of the surface triangles
-  std::vector<Range> of_body;     ///< (n_bodies) clusters
-  Rows points;                    ///< per cluster: its points, ascending
-  Rows edges;                     ///< per cluster: its edges, as indices into Bodies::edges()
-  std::vector<double> thickness;  ///< per cluster: minimum height of the tets behind its triangles at rest, m
-  std::vector<double> of_thinnest;  ///< (n_bodies) minimum of its clusters, m
+  Clusters clusters;           ///< of the surface triangles
+  std::vector<Range> of_body;  ///< (n_bodies) clusters
+  Rows points;                 ///< per cluster: its points, ascending
+  Rows edges;                  ///< per cluster: its edges, as indices into Bodies::edges()
 };
-
-/// Height of the tet behind a surface triangle, at rest, m; 0 where the triangle has no area.
-[[nodiscard]] double height_behind(const Bodies& bodies, Index triangle);
 
 }  // namespace palpate

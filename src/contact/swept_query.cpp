@@ -49,6 +49,7 @@ SweptPoints points_of(std::span<const Vec3> start, std::span<const Vec3> end, co
 SweptQuery::SweptQuery(const Bodies& bodies)
     : bodies_(bodies),
       surface_(bodies),
+      thickness_(bodies, surface_.clusters),
       clusters_(surface_.clusters.clusters.size()),
       of_bodies_(bodies.bodies().size()),
       marked_(clusters_.size(), 0) {}
@@ -135,7 +136,7 @@ void SweptQuery::find_body_pairs(const Step& step) {
       const Swept& second = at(of_bodies_, by_lower_[j]);
       if (second.places.lower.x > first.places.upper.x) break;
       if (!first.places.overlaps(second.places)) continue;
-      const double thickness = std::min(at(surface_.of_thinnest, a), at(surface_.of_thinnest, b));
+      const double thickness = std::min(at(thickness_.of_body, a), at(thickness_.of_body, b));
       if (!(furthest(first.motion, second.motion) > step.settings.least_motion * thickness)) continue;
       if (!may_touch(step.filter, a, b)) continue;
       make_room(body_pairs_, body_pairs_.size() + 1);
@@ -191,7 +192,7 @@ void SweptQuery::find_cluster_pairs(const Step& step) {
             const Index b = by_lower_[j];
             const Swept& second = at(clusters_, b);
             if (!first.places.overlaps(second.places)) continue;
-            const double thickness = std::min(at(surface_.thickness, a), at(surface_.thickness, b));
+            const double thickness = std::min(at(thickness_.of_cluster, a), at(thickness_.of_cluster, b));
             if (!(furthest(first.motion, second.motion) > step.settings.least_motion * thickness)) continue;
             if (!is_body_pair(at(surface_.clusters.clusters, a).body, at(surface_.clusters.clusters, b).body))
               continue;

@@ -7,6 +7,7 @@
 
 #include <palpate/mesh.hpp>
 
+#include "contact/local_thickness.hpp"
 #include "contact/pair_filter.hpp"
 #include "contact/surface_clusters.hpp"
 #include "geometry/box.hpp"
@@ -67,7 +68,7 @@ class SweptQuery {
              const PairFilter& filter, const SweptSettings& settings);
 
   [[nodiscard]] const SweptCounts& counts() const { return counts_; }
-  [[nodiscard]] const SurfaceClusters& surface() const { return surface_; }
+  [[nodiscard]] const LocalThickness& thickness() const { return thickness_; }
 
  private:
   /// Boxes of the corners over the step, and of their displacements.
@@ -102,6 +103,7 @@ class SweptQuery {
 
   const Bodies& bodies_;
   SurfaceClusters surface_;
+  LocalThickness thickness_;
   std::vector<Swept> clusters_;       ///< boxes in the current step
   std::vector<Swept> of_bodies_;      ///< the same
   std::vector<Index> by_lower_;       ///< bodies, or marked clusters, sorted by the lower ends of their boxes

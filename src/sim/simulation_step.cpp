@@ -86,7 +86,8 @@ void Simulation::State::begin_step() {
   metrics.speculative_contacts = 0;
   metrics.stopped_passes = 0;
   metrics.passes = 0;
-  swept.begin_step();
+  if (settings.detection.continuous)
+    swept.begin_step(dynamics.positions(), DetectorSteps::table(detector).edges());
 }
 
 /// One solve with the contacts found so far.

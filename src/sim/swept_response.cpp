@@ -162,13 +162,14 @@ fem::Coupling SweptResponse::coupling_of(const SweptContact& contact) const {
   return coupling;
 }
 
-/// Least height of the tets behind the triangles that touch, m.
+/// Least local thickness of the triangles that touch, m.
 double SweptResponse::thickness(const SweptContact& contact) const {
-  if (contact.kind == SweptKind::point_triangle) return height_behind(bodies_, contact.second);
+  const std::vector<double>& of_triangle = query_.thickness().of_triangle;
+  if (contact.kind == SweptKind::point_triangle) return at(of_triangle, contact.second);
   double least = std::numeric_limits<double>::infinity();
   for (const Index edge : {contact.first, contact.second}) {
     for (const Index triangle : at(bodies_.edge_triangles(), edge))
-      if (triangle >= 0) least = std::min(least, height_behind(bodies_, triangle));
+      if (triangle >= 0) least = std::min(least, at(of_triangle, triangle));
   }
   return least;
 }
@@ -187,20 +188,52 @@ void SweptResponse::add(const SweptContact& contact, const PredictedStep& step,
       step.time_step, response);
 }
 
-/// Adds each contact of the start of the step that would deepen in this step by more than
-/// least_motion * thickness.
+void SweptResponse::begin_step(std::span<const Vec3> positions, const EdgeContacts& contacts) {
+  stopped_.clear();
+  start_ends_.clear();
+  make_room(start_ends_, 2 * contacts.size());
+  for (std::size_t c = 0; c < contacts.size(); ++c) {
+    if (contacts.direction[c] == Vec3{}) continue;
+    const Edge& edge = at(bodies_.edges(), contacts.edge[c]);
+    for (std::size_t end = 0; end < 2; ++end) {
+      const Triangle& t = at(bodies_.triangles(), contacts.triangles[c][end]);
+      const std::array<Vec3, 3> x = corners_of(positions, t);
+      const double s = contacts.parameters[c][end];
+      const auto w =
+          weights_in(x, area_vector(x), (1.0 - s) * at(positions, edge[0]) + s * at(positions, edge[1]));
+      StartEnd& start = start_ends_.emplace_back();
+      start.key = {SweptKind::edge_edge, contacts.edge[c],
+                   -1 - (2 * contacts.body[c] + static_cast<Index>(end))};
+      start.coupling.points = {edge[0], edge[1], t[0], t[1], t[2]};
+      start.coupling.coefficients = {1.0 - s, s, -w[0], -w[1], -w[2]};
+      start.direction = contacts.direction[c];
+    }
+  }
+}
+
+/// Adds the contacts of the start of the step that would deepen in this step by more than least_motion *
+/// thickness. The sweep does not find these: their primitives overlap at the start. Edge contacts are read
+/// from the detection, since most that are shallow have no law.
 void SweptResponse::add_sinking(const PredictedStep& step, const ContactResponse& response,
                                 std::span<const fem::Coupling> contacts) {
   for (std::size_t c = 0; c < contacts.size(); ++c) {
-    const Vec3& direction = response.laws()[c].direction;
-    const double deeper = -step.time_step * dot(direction, fem::relative(contacts[c], step.velocities));
+    if (response.is_of_edge(c)) continue;
     const Index body = at(bodies_.body_of_point(), contacts[c].points.back());
-    const double thickness = at(query_.surface().of_thinnest, body);
-    if (!(deeper > settings().least_motion * thickness)) continue;
-    const Key key{SweptKind::point_triangle, contacts[c].points[0], body};
-    add(key, {contacts[c], direction, 0.0, deeper, margin_of_thickness * thickness, response.is_of_edge(c)},
-        step.time_step, response);
+    add_sinking({SweptKind::point_triangle, contacts[c].points[0], body}, contacts[c],
+                response.laws()[c].direction, false, step, response);
   }
+  for (const StartEnd& end : start_ends_)
+    add_sinking(end.key, end.coupling, end.direction, true, step, response);
+}
+
+void SweptResponse::add_sinking(const Key& key, const fem::Coupling& coupling, const Vec3& direction,
+                                bool of_edge, const PredictedStep& step, const ContactResponse& response) {
+  const double deeper = -step.time_step * dot(direction, fem::relative(coupling, step.velocities));
+  const double thickness =
+      at(query_.thickness().of_body, at(bodies_.body_of_point(), coupling.points.back()));
+  if (!(deeper > settings().least_motion * thickness)) return;
+  add(key, {coupling, direction, 0.0, deeper, margin_of_thickness * thickness, of_edge}, step.time_step,
+      response);
 }
 
 /// Adds a law whose stiffness stops the mass of its points within the margin; times ten for each time that

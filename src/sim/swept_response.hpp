@@ -37,8 +37,10 @@ class SweptResponse {
  public:
   explicit SweptResponse(const Bodies& bodies);
 
-  /// Begins a step, in which nothing has been stopped yet.
-  void begin_step() { stopped_.clear(); }
+  /// Begins a step, in which nothing has been stopped yet. O(edge contacts).
+  /// \param positions  at the start of the step (n_points x 3)
+  /// \param contacts   at these positions
+  void begin_step(std::span<const Vec3> positions, const EdgeContacts& contacts);
 
   /// Laws and couplings for the pairs that pass; empty if nothing ends on a wrong side. Valid until the next
   /// call. Time: SweptQuery::find(), and O(found log found).
@@ -58,7 +60,7 @@ class SweptResponse {
   struct Key {
     SweptKind kind;
     Index first;
-    Index second;  ///< body of a point, or the other edge
+    Index second;  ///< body of a point, or the other edge; negative: an end of an edge contact
     friend auto operator<=>(const Key&, const Key&) = default;
   };
   /// A pair to keep apart, with direction and distances.
@@ -81,12 +83,21 @@ class SweptResponse {
   void add(const SweptContact& contact, const PredictedStep& step, const ContactResponse& response);
   void add_sinking(const PredictedStep& step, const ContactResponse& response,
                    std::span<const fem::Coupling> contacts);
+  void add_sinking(const Key& key, const fem::Coupling& coupling, const Vec3& direction, bool of_edge,
+                   const PredictedStep& step, const ContactResponse& response);
   void add(const Key& key, const Passing& passing, double time_step, const ContactResponse& response);
   [[nodiscard]] SweptSettings settings() const { return {.tolerance = tolerance_}; }
 
   const Bodies& bodies_;
   SweptQuery query_;
   double tolerance_;
+  /// An end of an edge contact of the start of the step.
+  struct StartEnd {
+    Key key;
+    fem::Coupling coupling;
+    Vec3 direction;
+  };
+  std::vector<StartEnd> start_ends_;
   std::vector<Key> stopped_;  ///< ascending
   std::vector<Key> now_;      ///< scratch
   std::vector<StopOfPassing> stops_;

@@ -80,7 +80,7 @@ TEST(ManyAtOnce, CrossingParametersAreTheSame) {
   test::for_each_simd_target([&](const char* target) {
     for (const std::size_t n : {std::size_t{0}, std::size_t{1}, std::size_t{65}, s.found.size()}) {
       std::vector<Crossing> crossings(n);
-      find_parameters(parallel::Threads(2), s.bodies, s.positions, s.contacts, s.border_edges,
+      find_parameters(parallel::Threads(2), s.bodies, s.positions, {s.contacts, s.border_edges},
                       std::span(s.found).first(n), crossings);
       for (std::size_t c = 0; c < n; ++c) {
         const BorderEdge& edge = at(s.border_edges, s.found[c].border_edge);

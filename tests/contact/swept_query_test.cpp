@@ -2,11 +2,16 @@
 #include "contact/swept_query.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <gtest/gtest.h>
 #include <set>
 #include <tuple>
 
+#include "contact/local_thickness.hpp"
+#include "contact/rim_falloff.hpp"
 #include "contact/swept_pair.hpp"
+#include "geometry/triangle.hpp"
 #include "geometry/vector.hpp"
 #include "support/meshes.hpp"
 #include "support/random.hpp"
@@ -195,7 +200,7 @@ TEST(SweptQuery, LooksOnlyAtWhatCouldPass) {
   EXPECT_NEAR(query.counts().thinnest, 0.01, 1e-12);
 }
 
-TEST(SurfaceClusters, OwnsEachPointAndSideOnceAndKnowsHowThickItIs) {
+TEST(SurfaceClusters, OwnsEachPointAndSideOnce) {
   Bodies bodies;
   bodies.add("sheet", test::box_mesh({5, 4, 1}, {0, 0, 0}, {0.1, 0.08, 0.002}));
   bodies.add("ball", test::ball_mesh(4, {1, 1, 1}, 0.1));
@@ -207,7 +212,47 @@ TEST(SurfaceClusters, OwnsEachPointAndSideOnceAndKnowsHowThickItIs) {
   EXPECT_EQ(unique(surface.edges).size(), surface.edges.values.size());
   // Euler: V - E + F = 2 for each closed surface.
   EXPECT_EQ(surface.points.values.size() + bodies.triangles().size(), surface.edges.values.size() + 4);
-  EXPECT_NEAR(surface.of_thinnest[0], 0.002, 1e-12);
+}
+
+TEST(LocalThickness, IsThatOfASheetAndAtMostAMeanEdge) {
+  Bodies bodies;
+  bodies.add("sheet", test::box_mesh({5, 4, 1}, {0, 0, 0}, {0.1, 0.08, 0.002}));
+  bodies.add("box", test::box_mesh({4, 4, 4}, {1, 1, 1}, {1.4, 1.4, 1.4}));
+  const LocalThickness thickness(bodies, SurfaceClusters(bodies).clusters);
+  EXPECT_NEAR(thickness.of_body[0], 0.002, 1e-12);
+  const double edge = 4.0 * rim_reach(bodies, 1);
+  const Range triangles = bodies.bodies()[1].triangles;
+  for (Index t = triangles.begin; t < triangles.end; ++t) {
+    EXPECT_LE(at(thickness.of_triangle, t), edge);
+    EXPECT_GE(at(thickness.of_triangle, t), 0.1);  // cells of 0.1, and the box is thicker
+  }
+}
+
+TEST(LocalThickness, IsNotThatOfAFlatTetInAThickBody) {
+  // The lowest cells of this box are a hundredth as high as the others.
+  TetMesh mesh = test::box_mesh({4, 4, 4}, {0, 0, 0}, {0.4, 0.4, 0.4});
+  for (Vec3& p : mesh.points)
+    if (std::abs(p.z - 0.1) < 1e-9) p.z = 0.001;
+  Bodies bodies;
+  bodies.add("box", std::move(mesh));
+  const LocalThickness thickness(bodies, SurfaceClusters(bodies).clusters);
+  for (std::size_t t = 0; t < bodies.triangles().size(); ++t) {
+    const std::array<Vec3, 3> x = corners_of(bodies.points_rest(), bodies.triangles()[t]);
+    const bool is_below = x[0].z == 0.0 && x[1].z == 0.0 && x[2].z == 0.0;
+    if (is_below) {
+      EXPECT_GT(thickness.of_triangle[t], 0.1);
+    }
+  }
+}
+
+TEST(LocalThickness, OfASingleTetIsItsHeight) {
+  Bodies bodies;
+  bodies.add("tet", TetMesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 0.25}}, {{0, 1, 2, 3}}});
+  const LocalThickness thickness(bodies, SurfaceClusters(bodies).clusters);
+  // Its legs are along the axes, so height = 6 volume / (2 area).
+  const double slant = std::sqrt(1.0 / (1.0 + 1.0 + 16.0));
+  EXPECT_NEAR(*std::ranges::min_element(thickness.of_triangle), slant, 1e-12);
+  EXPECT_NEAR(*std::ranges::max_element(thickness.of_triangle), 4.0 * rim_reach(bodies, 0), 1e-12);
 }
 
 }  // namespace

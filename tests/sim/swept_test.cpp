@@ -80,11 +80,20 @@ TEST(Swept, StopsHaveTheSameBitsForEveryThreadCountAndAfterARestart) {
   EXPECT_EQ(hash(2, true), one);
 }
 
+// In these shots two edges touch so little at the end of a step that their contact has no law in the next
+// step, in which they pass.
+TEST(Swept, NoShotGoesThroughWhereEdgesJustTouched) {
+  for (const std::uint64_t seed : {1000241U, 1001178U, 1001530U, 1001664U, 1002294U, 1002796U, 1003227U}) {
+    const test::Shot shot = test::random_shot(seed);
+    EXPECT_FALSE(test::shoot(shot, true).went_through) << shot.name;
+  }
+}
+
 TEST(Swept, NoShotGoesThrough) {
   const test::Shots shots = test::shoot_all(0, 300);
   EXPECT_EQ(shots.through, 0);
-  EXPECT_LE(shots.creeps, 9);
-  EXPECT_LE(shots.blown_up, 30);
+  EXPECT_EQ(shots.creeps, 0);
+  EXPECT_LE(shots.blown_up, 3);
 }
 
 }  // namespace

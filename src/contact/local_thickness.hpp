@@ -1,0 +1,28 @@
+#pragma once
+
+#include <vector>
+
+#include <palpate/mesh.hpp>
+
+#include "mesh/clusters.hpp"
+
+namespace palpate {
+
+/// How thick the bodies are behind their surface triangles, at rest: how far something may enter there and
+/// still be nearer to this side than to the other.
+///
+/// It is the smallest distance to the other side from four places of the triangle, against its normal. Near a
+/// sharp edge this is short, so the height of the tet behind the triangle is a lower bound: with flat tets
+/// the body is thicker than a tet. The mean edge length of the body is an upper bound. 0 where a triangle has
+/// no area.
+struct LocalThickness {
+  /// O(surface triangles), with walks through a few tets each.
+  /// \param surface  clusters of the surface triangles of all bodies
+  LocalThickness(const Bodies& bodies, const Clusters& surface);
+
+  std::vector<double> of_triangle;  ///< (n_triangles) m
+  std::vector<double> of_cluster;   ///< (n_clusters) minimum of its triangles, m
+  std::vector<double> of_body;      ///< (n_bodies) minimum of its triangles, m; infinite without a surface
+};
+
+}  // namespace palpate
