@@ -34,7 +34,7 @@ inline constexpr std::array<std::string_view, 3> material_model_names{"corotatio
 /// tets").
 enum class ElementKind {
   linear,    ///< one strain in each tet: fastest; too stiff in bending and where poisson_ratio is above 0.45
-  smoothed,  ///< means over edges and points: accurate in both, at about four times the cost
+  smoothed,  ///< means over several tets: accurate in both, at about four times the cost
 };
 /// Names of ElementKind; index = enum value.
 inline constexpr std::array<std::string_view, 2> element_kind_names{"linear", "smoothed"};

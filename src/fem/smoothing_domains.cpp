@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <tuple>
 
+#include "fem/volume_patches.hpp"
 #include "geometry/vector.hpp"
 
 namespace palpate::fem {
@@ -24,18 +25,36 @@ bool same_domain(const Part& a, const Part& b) {
   return a.first == b.first && a.second == b.second && a.material == b.material;
 }
 
-/// The parts of all domains of edges, or of points, sorted by domain.
-std::vector<Part> list_parts(std::span<const SmoothedTet> tets, bool of_edges) {
+enum class DomainKind : std::uint8_t { edge, point, patch };
+
+void add_patch_parts(std::span<const SmoothedTet> tets, std::vector<Part>& parts) {
+  std::vector<PatchTet> of_patches;
+  std::vector<std::uint32_t> places;
+  for (std::size_t t = 0; t < tets.size(); ++t) {
+    if (tets[t].patch_lambda() == 0.0) continue;
+    of_patches.push_back({tets[t].corners, tets[t].material});
+    places.push_back(static_cast<std::uint32_t>(t));
+  }
+  const std::vector<std::uint32_t> patches = volume_patches(of_patches);
+  for (std::size_t k = 0; k < patches.size(); ++k) {
+    const auto patch = static_cast<Index>(patches[k]);
+    parts.push_back({patch, patch, of_patches[k].material, places[k], SmoothedTet::patch_place});
+  }
+}
+
+/// The parts of all domains of a kind, sorted by domain.
+std::vector<Part> list_parts(std::span<const SmoothedTet> tets, DomainKind kind) {
   std::vector<Part> parts;
+  if (kind == DomainKind::patch) add_patch_parts(tets, parts);
   for (std::size_t t = 0; t < tets.size(); ++t) {
     const auto add = [&](std::size_t a, std::size_t b, std::size_t place) {
       const auto [first, second] = std::minmax(tets[t].corners[a], tets[t].corners[b]);
       parts.push_back({first, second, tets[t].material, static_cast<std::uint32_t>(t),
                        static_cast<std::uint32_t>(place)});
     };
-    if (of_edges) {
+    if (kind == DomainKind::edge) {
       for (std::size_t k = 0; k < edges.size(); ++k) add(edges[k][0], edges[k][1], k);
-    } else if (tets[t].lambda != 0.0) {
+    } else if (kind == DomainKind::point && tets[t].lambda != 0.0) {
       for (std::size_t k = 0; k < 4; ++k) add(k, k, edges.size() + k);
     }
   }
@@ -52,9 +71,10 @@ SmoothingDomains::SmoothingDomains(std::vector<SmoothedTet> tets, std::size_t po
   constexpr std::uint32_t none = 0xffffffffU;
   domain_of_tet_.assign(domains_of_tet * tets_.size(), none);
   std::vector<Member> members;
-  for (const bool of_edges : {true, false}) {
-    node_begin_ = size();
-    const std::vector<Part> parts = list_parts(tets_, of_edges);
+  for (const DomainKind kind : {DomainKind::edge, DomainKind::point, DomainKind::patch}) {
+    if (kind == DomainKind::point) volume_begin_ = size();
+    patch_begin_ = size();
+    const std::vector<Part> parts = list_parts(tets_, kind);
     for (std::size_t first = 0; first < parts.size();) {
       members.clear();
       std::size_t last = first;

@@ -29,6 +29,16 @@ struct SmoothedTet {
   double lambda = 0.0;              ///< Pa
   bool hyperelastic = false;        ///< its law is `law`, otherwise the corotational one
   HyperelasticLaw law;
+
+  /// Index of the patch among the domains of a tet: after six edges and four points.
+  static constexpr std::uint32_t patch_place = 10;
+  /// The part of lambda of domains of points, up to 4 mu, Pa; that of patches is the rest. So patches exist
+  /// where nu > 0.4.
+  [[nodiscard]] double point_lambda() const {
+    constexpr double rounding = 1.0 + 1e-9;  // nu = 0.4 has none
+    return lambda <= 4.0 * mu * rounding ? lambda : 4.0 * mu;
+  }
+  [[nodiscard]] double patch_lambda() const { return lambda - point_lambda(); }
 };
 
 /// Selective smoothing of the strain of linear tets over edges and nodes (ES/NS-FEM-T4). It avoids locking of
@@ -37,17 +47,22 @@ struct SmoothedTet {
 /// smoothed finite element method using tetrahedral and triangular elements with adaptive mesh rezoning for
 /// large deformation problems", Int. J. Numer. Meth. Eng. 99 (2014).
 ///
-/// A domain has a sixth of the volume of each tet at an edge, or a quarter of each tet at a point, of one
-/// material. Its deformation gradient is the mean of theirs by volume, F = I + sum_i u_i b_i^T over its
-/// points, with b_i the mean of the gradients at rest. Domains of edges have the law without lambda (shape),
-/// domains of points lambda alone (volume):
+/// A domain has a sixth of the volume of each tet at an edge, or a quarter of each tet at a point, or each
+/// tet of a patch (volume_patches.hpp), of one material. Its deformation gradient is the mean of theirs by
+/// volume, F = I + sum_i u_i b_i^T over its points, with b_i the mean of the gradients at rest. Domains of
+/// edges have the law without lambda (shape). Domains of points have lambda alone (volume), up to 4 mu, and
+/// patches the rest of lambda:
 ///   corotational: mu |F - R|^2 and lambda/2 tr^2(R^T F - I); hyperelastic: the law with lambda = 0, fibres
 ///   included, and lambda/2 (J - 1)^2.
 /// Forces are -V P b_i and stiffness blocks V b_i : dP/dF : b_j, as for a tet; of corotational ones without
 /// the negative part (twists_of).
 ///
-/// Deviation: the two parts are split by Lame's constants and not by deviator and trace, so that each is
-/// stress-free at rest, also for nonlinear laws.
+/// Deviations: with one domain per point, pressures of nearly incompressible tissue have a checkerboard
+/// pattern, because there are too many of them for the velocities (the inf-sup condition). So there lambda
+/// acts in patches, as in the F-bar patches of de Souza Neto, Pires & Owen, Int. J. Numer. Meth. Eng. 62
+/// (2005), which are larger here. The part at points has a limited modulus, as the stabilisation of Puso &
+/// Solberg, Int. J. Numer. Meth. Eng. 67 (2006). The parts for shape and volume are split by Lame's constants
+/// and not by deviator and trace, so that each is stress-free at rest, also for nonlinear laws.
 class SmoothingDomains {
  public:
   SmoothingDomains() = default;
@@ -137,7 +152,7 @@ class SmoothingDomains {
     if (first_tet(entry.domain).hyperelastic) {
       for_others([&](std::size_t k) { return hyperelastic_block(entry.domain, own, k); });
     } else {
-      const bool volume = is_node(entry.domain);
+      const bool volume = is_volume(entry.domain);
       for_others([&](std::size_t k) { return corotational_block(rotated_[own], rotated_[k], volume); });
     }
   }
@@ -156,14 +171,16 @@ class SmoothingDomains {
 
  private:
   static constexpr std::size_t edges_of_tet = 6;
-  static constexpr std::size_t domains_of_tet = 10;  ///< its edges, then its points
+  /// Its edges, then its points, then its patch.
+  static constexpr std::size_t domains_of_tet = SmoothedTet::patch_place + 1;
   /// Fraction of the volume of a tet in its domain number `place`.
   static constexpr double volume_fraction(std::size_t place) {
+    if (place == SmoothedTet::patch_place) return 1.0;
     return place < edges_of_tet ? 1.0 / 6.0 : 1.0 / 4.0;
   }
   struct Member {
     std::uint32_t tet = 0;
-    std::uint32_t place = 0;  ///< index of the domain among the ten domains of the tet
+    std::uint32_t place = 0;  ///< index of the domain among the domains of the tet
   };
   void add_domain(std::span<const Member> members);
   void list_entries(std::size_t point_count);
@@ -195,7 +212,7 @@ class SmoothingDomains {
   [[nodiscard]] const SmoothedTet& first_tet(std::size_t domain) const {
     return tets_[domain_tets_[tet_begin_[domain]]];
   }
-  [[nodiscard]] bool is_node(std::size_t domain) const { return domain >= node_begin_; }
+  [[nodiscard]] bool is_volume(std::size_t domain) const { return domain >= volume_begin_; }
   [[nodiscard]] double modulus(std::size_t domain) const;
   [[nodiscard]] double bulk_fraction(std::size_t domain, std::span<const double> fractions) const;
   [[nodiscard]] Matrix3 displacement_gradient(std::size_t domain,
@@ -219,7 +236,8 @@ class SmoothingDomains {
 
   std::vector<SmoothedTet> tets_;
   std::vector<std::uint32_t> domain_of_tet_;  ///< domains_of_tet each
-  std::size_t node_begin_ = 0;           ///< index of the first domain of a point; those of edges come first
+  std::size_t volume_begin_ = 0;         ///< index of the first domain of a point; those of edges come first
+  std::size_t patch_begin_ = 0;          ///< index of the first patch
   std::vector<std::uint32_t> begin_{0};  ///< (n_domains + 1)
   std::vector<Index> points_;
   std::vector<Vec3> rest_gradients_;  ///< b_i, in the order of points_

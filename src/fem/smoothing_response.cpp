@@ -26,13 +26,14 @@ void SmoothingDomains::set_tensions(std::span<const double> tensions, Index firs
 
 double SmoothingDomains::modulus(std::size_t domain) const {
   const SmoothedTet& tet = first_tet(domain);
-  return is_node(domain) ? tet.lambda : tet.mu;
+  if (!is_volume(domain)) return tet.mu;
+  return domain < patch_begin_ ? tet.point_lambda() : tet.patch_lambda();
 }
 
 /// Smallest bulk fraction of its tets: one inverted tet reduces the bulk modulus of the whole domain.
 double SmoothingDomains::bulk_fraction(std::size_t domain, std::span<const double> fractions) const {
   double least = 1.0;
-  if (!is_node(domain)) return least;
+  if (!is_volume(domain)) return least;
   for (std::uint32_t k = tet_begin_[domain]; k < tet_begin_[domain + 1]; ++k)
     least = std::min(least, at(fractions, tets_[domain_tets_[k]].element));
   return least;
@@ -50,8 +51,7 @@ Matrix3 SmoothingDomains::displacement_gradient(std::size_t domain,
 /// The domain's part of the law: shape or volume.
 /// \param tension  factor of the tension of active fibres
 HyperelasticLaw SmoothingDomains::law(std::size_t domain, double fraction, double tension) const {
-  const SmoothedTet& tet = first_tet(domain);
-  if (is_node(domain)) return {.bulk = fraction * tet.lambda};
+  if (is_volume(domain)) return {.bulk = fraction * modulus(domain)};
   HyperelasticLaw law = laws_[domain];
   law.bulk = bulk_of(0.0, law.first);
   law.tension *= tension;
@@ -66,8 +66,8 @@ ElementDeformation SmoothingDomains::deformation(std::size_t domain, const Matri
   // A hyperelastic law needs the rotation only with viscosity.
   d.rotation = tet.hyperelastic && !viscosity_.has(domain) ? identity() : nearest_rotation(d.gradient);
   d.stretch = d.gradient - d.rotation;
-  d.mu = is_node(domain) ? 0.0 : tet.mu;
-  d.lambda = is_node(domain) ? fraction * tet.lambda : 0.0;
+  d.mu = is_volume(domain) ? 0.0 : tet.mu;
+  d.lambda = is_volume(domain) ? fraction * modulus(domain) : 0.0;
   d.hyperelastic = tet.hyperelastic;
   if (d.hyperelastic) d.law = law(domain, fraction, tension);
   return d;
@@ -147,7 +147,7 @@ HyperelasticResponse SmoothingDomains::response_now(std::size_t domain, const Ma
     d.viscous_stress = viscosity_.stress(domain);
     const double whole = modulus(domain);
     d.viscous_energy =
-        viscosity_.energy_density(domain, is_node(domain) ? 0.0 : whole, is_node(domain) ? whole : 0.0);
+        viscosity_.energy_density(domain, is_volume(domain) ? 0.0 : whole, is_volume(domain) ? whole : 0.0);
   }
   return whole_response(d);
 }
@@ -203,7 +203,7 @@ Matrix3 SmoothingDomains::stress_change(std::size_t domain, const Matrix3& gradi
   const Matrix3& r = rotations_[domain];
   const Matrix3 b = times_transposed(gradient, r);  // dF R^T
   const double modul = scale * modulus(domain);
-  if (is_node(domain)) {
+  if (is_volume(domain)) {
     for (int k = 0; k < 3; ++k) change(k, k) = modul * trace(b);
   } else {
     for (int i = 0; i < 3; ++i) {
@@ -250,7 +250,7 @@ Matrix3 SmoothingDomains::block_rest(std::size_t domain, const Matrix3& rotation
   const Vec3 b = rotation * rest_gradients_[begin_[domain] + j];
   const double scale = scales_[domain] * modulus(domain);
   Matrix3 block;
-  if (is_node(domain)) {
+  if (is_volume(domain)) {
     add_outer(block, scale, a, b);
     return block;
   }

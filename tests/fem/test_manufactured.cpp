@@ -83,7 +83,7 @@ double error_of(const Material& m, int n) {
   return std::sqrt(sum / count);
 }
 
-TEST(Manufactured, DisplacementsAreOfSecondOrderForEachLaw) {
+TEST(ManufacturedOrder, DisplacementsAreOfSecondOrderForEachLaw) {
   for (const MaterialModel model :
        {MaterialModel::corotational, MaterialModel::stable_neo_hookean, MaterialModel::mooney_rivlin}) {
     for (const double nu : {0.3, 0.45}) {
