@@ -13,6 +13,7 @@ namespace {
 
 constexpr std::size_t slice_grain = 8;
 constexpr Index most_elements = Index{1} << 28;  // an element and two of its corners must fit into 32 bits
+constexpr std::size_t most_tangent_values = std::size_t{1} << 31;  // twice a place must fit into 32 bits
 constexpr std::uint32_t no_slot = 0xffffffffU;
 
 }  // namespace
@@ -22,6 +23,10 @@ BlockMatrix::BlockMatrix(const Elements& elements, std::span<const std::uint8_t>
   if (elements.size() >= most_elements) {
     throw Error("dynamics", "elements", std::to_string(elements.size()),
                 "fewer than " + std::to_string(most_elements));
+  }
+  if (elements.tangents().size() >= most_tangent_values) {
+    throw Error("dynamics", "values of tangents", std::to_string(elements.tangents().size()),
+                "fewer than " + std::to_string(most_tangent_values));
   }
   gather_corners();
   list_columns(free);
@@ -160,6 +165,7 @@ void BlockMatrix::build_slice(std::size_t slice) {
   };
   std::array<std::vector<LaneBlock>, simd::slice_rows> lanes;
   std::size_t slots = 0;
+  const bool full = slice >= first_tangent_slice_;
   for (std::size_t lane = 0; lane < simd::slice_rows; ++lane) {
     const std::size_t row = simd::slice_rows * slice + lane;
     const Index point = row < point_of_row_.size() ? point_of_row_[row] : -1;
@@ -177,13 +183,16 @@ void BlockMatrix::build_slice(std::size_t slice) {
         const auto block =
             std::ranges::lower_bound(lanes[lane], static_cast<std::uint32_t>(corners[other]), {},
                                      [&](const LaneBlock& b) { return columns_[b.place]; });
-        block->terms.push_back(4 * own + other);
+        block->terms.push_back(full ? tangent_term(static_cast<Index>(own / 4), static_cast<int>(own % 4),
+                                                   static_cast<int>(other))
+                                    : 4 * own + other);
       }
     }
     std::ranges::stable_sort(lanes[lane], std::greater(), [](const LaneBlock& b) { return b.terms.size(); });
     slots = std::max(slots, lanes[lane].size());
   }
-  const auto empty = 16 * static_cast<std::uint32_t>(elements_->size());  // an element whose values are zero
+  // A term whose values are zero.
+  const auto empty = full ? empty_tangent_term() : 16 * static_cast<std::uint32_t>(elements_->size());
   const auto append_terms = [&](auto&& terms_of) {
     std::size_t most = 0;
     for (std::size_t lane = 0; lane < simd::slice_rows; ++lane) most = std::max(most, terms_of(lane).size());
@@ -242,7 +251,7 @@ void BlockMatrix::assemble(const parallel::Threads& threads, std::span<const dou
                        [&](std::size_t begin, std::size_t end, std::size_t) {
                          const std::size_t full = std::clamp(first_tangent_slice_, begin, end);
                          simd::assemble_slices(rows, values, diagonal_blocks_.data(), begin, full);
-                         for (std::size_t slice = full; slice < end; ++slice) assemble_tangent(slice);
+                         assemble_tangent(full, end);
                        });
 }
 

@@ -28,7 +28,8 @@ namespace palpate::fem {
 class BlockMatrix {
  public:
   /// Pattern: each free point of an element, with itself and with the other points of its elements and
-  /// smoothing domains. Throws Error for 2^28 elements or more. O(n_elements log).
+  /// smoothing domains. Throws Error for 2^28 elements or more, or 2^31
+  /// values of tangent blocks. O(n_elements log).
   /// \param elements  must outlive it
   /// \param free      (n_points) 1: has a row
   BlockMatrix(const Elements& elements, std::span<const std::uint8_t> free);
@@ -78,7 +79,9 @@ class BlockMatrix {
   void order_rows(std::span<const std::uint8_t> free);
   void append_rows(std::span<const Index> points, std::span<const int> color);
   void pad_slice();
-  void assemble_tangent(std::size_t slice);
+  [[nodiscard]] std::uint32_t tangent_term(Index element, int i, int j) const;
+  [[nodiscard]] std::uint32_t empty_tangent_term() const;
+  void assemble_tangent(std::size_t begin, std::size_t end);
   void add_domains(std::size_t row);
   void place_domains();
   [[nodiscard]] bool has_tangent_blocks(Index point) const;
@@ -98,7 +101,7 @@ class BlockMatrix {
   std::vector<std::uint32_t> slot_begin_;              ///< (n_slices + 1)
   simd::AlignedVector<std::uint32_t> column_of_lane_;  ///< 16 a slot: rows
   std::vector<std::uint32_t> term_begin_;              ///< (n_slots + 1)
-  simd::AlignedVector<std::uint32_t> terms_;
+  simd::AlignedVector<std::uint32_t> terms_;           ///< of SlicedAssembly, or of TangentAssembly
   /// For each entry of the smoothing domains and each other point of its domain, ascending: the slot of their
   /// block within the slice.
   std::vector<std::size_t> domain_slot_begin_;  ///< (n_entries + 1)

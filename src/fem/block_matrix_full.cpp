@@ -1,30 +1,22 @@
 // Rows of bodies with tangent blocks: each block of a row is a sum of blocks of elements.
 #include <algorithm>
-#include <array>
 #include <cstddef>
 
 #include "fem/block_matrix.hpp"
+#include "simd/hyperelastic_pass.hpp"
 
 namespace palpate::fem {
-namespace {
 
-using Block = std::array<float, 9>;
-
-/// Adds the block of a term (16 element + 4 corner i + corner j): the stored one above the diagonal or its
+/// The term of block (i, j) of an element, for TangentAssembly: the stored one above the diagonal or its
 /// transpose, so that blocks (i, j) and (j, i) get transposed bits.
-void add_term(const Elements& elements, std::uint32_t term, Block& sum) {
-  const int i = static_cast<int>(term / 4 % 4);
-  const int j = static_cast<int>(term % 4);
-  const float* block =
-      elements.element_tangent(static_cast<Index>(term / 16)) + block_place(std::min(i, j), std::max(i, j));
-  if (i < j) {
-    for (std::size_t k = 0; k < 9; ++k) sum[k] += block[k];
-  } else {
-    for (std::size_t k = 0; k < 9; ++k) sum[k] += block[3 * (k % 3) + k / 3];
-  }
+std::uint32_t BlockMatrix::tangent_term(Index element, int i, int j) const {
+  const std::size_t place = elements_->tangent_place(element, std::min(i, j), std::max(i, j));
+  return 2 * static_cast<std::uint32_t>(place) + (i < j ? 0U : 1U);
 }
 
-}  // namespace
+std::uint32_t BlockMatrix::empty_tangent_term() const {
+  return 2 * static_cast<std::uint32_t>(elements_->tangents().size() - simd::block_stride);
+}
 
 void BlockMatrix::place_domains() {
   const SmoothingDomains& domains = elements_->smoothing();
@@ -58,35 +50,23 @@ void BlockMatrix::add_domains(std::size_t row) {
   std::size_t number = domains.first_entry(point);
   for (const SmoothingDomains::Entry& entry : domains.entries(point)) {
     const std::uint16_t* slot = domain_slots_.data() + domain_slot_begin_[number++];
-    domains.for_each_block(entry, [&](const Block& block) {
+    domains.for_each_block(entry, [&](const SmoothingDomains::Block& block) {
       float* values = slots_[first + *slot++].values.data() + lane;
       for (std::size_t k = 0; k < 9; ++k) values[simd::slice_rows * k] += block[k];
     });
   }
 }
 
-void BlockMatrix::assemble_tangent(std::size_t slice) {
-  const auto none = static_cast<std::uint32_t>(elements_->size());
-  constexpr std::array<std::size_t, 6> upper{0, 4, 8, 1, 2, 5};
-  float* diagonals = diagonal_blocks_.data() + simd::slice_symmetric * slice;
-  for (std::size_t lane = 0; lane < simd::slice_rows; ++lane) {
-    for (std::size_t slot = slot_begin_[slice]; slot < slot_begin_[slice + 1]; ++slot) {
-      Block block{};
-      for (std::size_t t = term_begin_[slot]; t < term_begin_[slot + 1]; ++t) {
-        const std::uint32_t term = terms_[simd::slice_rows * t + lane];
-        if (term / 16 != none) add_term(*elements_, term, block);
-      }
-      for (std::size_t k = 0; k < 9; ++k) slots_[slot].values[simd::slice_rows * k + lane] = block[k];
-    }
-    add_domains(simd::slice_rows * slice + lane);
-    std::array<float, 6> sums{};
-    for (std::size_t slot = slot_begin_[slice]; slot < slot_begin_[slice + 1]; ++slot) {
-      for (std::size_t k = 0; k < 6; ++k) sums[k] += slots_[slot].values[simd::slice_rows * upper[k] + lane];
-    }
-    const float mass = masses_[simd::slice_rows * slice + lane];
-    for (std::size_t k = 0; k < 6; ++k)
-      diagonals[simd::slice_rows * k + lane] = k < 3 ? mass - sums[k] : -sums[k];
-  }
+void BlockMatrix::assemble_tangent(std::size_t begin, std::size_t end) {
+  if (begin == end) return;
+  const simd::TangentAssembly rows{.slot_begin = slot_begin_.data(),
+                                   .term_begin = term_begin_.data(),
+                                   .terms = terms_.data(),
+                                   .blocks = elements_->tangents().data()};
+  float* values = slots_.empty() ? nullptr : slots_.front().values.data();
+  simd::assemble_tangent_slices(rows, values, begin, end);
+  for (std::size_t row = simd::slice_rows * begin; row < simd::slice_rows * end; ++row) add_domains(row);
+  simd::sum_diagonals(slot_begin_.data(), values, masses_.data(), diagonal_blocks_.data(), begin, end);
 }
 
 }  // namespace palpate::fem

@@ -137,6 +137,12 @@ class Elements {
   void add_stiffness(Index element, int i, int j, Matrix3& block) const;
   /// The tangent blocks of an element, tangent_values numbers (hyperelastic.hpp).
   [[nodiscard]] const float* element_tangent(Index element) const;
+  /// The tangent blocks of all elements, and behind them a block of zeros.
+  [[nodiscard]] std::span<const float> tangents() const { return blocks_; }
+  /// Place of block (i, j), i < j, of an element in tangents().
+  [[nodiscard]] std::size_t tangent_place(Index element, int i, int j) const {
+    return simd::block_stride * static_cast<std::size_t>(element - tangent_begin_) + block_place(i, j);
+  }
   /// The stiffness block K'_ij at rest, with R = I.
   [[nodiscard]] Matrix3 stiffness_rest(Index element, int i, int j) const;
   [[nodiscard]] std::span<const double> factors() const { return factor_; }  ///< at least (n_elements)

@@ -77,7 +77,8 @@ void Elements::add_bodies(const Bodies& bodies, const Materials& materials,
     add_law(materials, tets_[e], body_[e]);
   add_smoothing(bodies, materials);
   if (material_.empty()) return;
-  const std::size_t whole = material_.size() + simd::element_group;  // kernels read and write whole groups
+  // Kernels read and write whole groups, but never the last element here.
+  const std::size_t whole = material_.size() + simd::element_group;
   for (auto& column : laws_) column.resize(whole);
   blocks_.resize(block_stride * whole);
 }
@@ -271,32 +272,17 @@ std::array<Vec3, 4> Elements::multiply(Index element, const std::array<Vec3, 4>&
   return products;
 }
 
-/// Products of the elements with tangent blocks among [begin, end), by corner.
+/// Products of the elements with tangent blocks among [begin, end), by corner. Blocks of smoothed tets are
+/// zero.
 void Elements::multiply_full(std::size_t begin, std::size_t end, std::span<const simd::Padded3> vectors,
                              double* products) const {
-  for (std::size_t e = std::max(begin, static_cast<std::size_t>(tangent_begin_)); e < end; ++e) {
-    if (is_smoothed(e)) {
-      std::fill_n(products + 16 * (e - begin), 16, 0.0);
-      continue;
-    }
-    std::array<double, tangent_values> blocks{};
-    const float* stored = element_tangent(static_cast<Index>(e));
-    for (std::size_t k = 0; k < blocks.size(); ++k) blocks[k] = static_cast<double>(stored[k]);
-    std::array<Vec3, 4> x;
-    std::array<Vec3, 4> y{};
-    for (std::size_t k = 0; k < 4; ++k) x[k] = unpadded(at(vectors, corners_[e][k]));
-    const double* b = blocks.data();
-    for (std::size_t i = 0; i < 3; ++i) {
-      for (std::size_t j = i + 1; j < 4; ++j, b += 9) {
-        const Vec3 d = x[j] - x[i];
-        y[i] += {b[0] * d.x + b[1] * d.y + b[2] * d.z, b[3] * d.x + b[4] * d.y + b[5] * d.z,
-                 b[6] * d.x + b[7] * d.y + b[8] * d.z};
-        y[j] -= {b[0] * d.x + b[3] * d.y + b[6] * d.z, b[1] * d.x + b[4] * d.y + b[7] * d.z,
-                 b[2] * d.x + b[5] * d.y + b[8] * d.z};
-      }
-    }
-    for (std::size_t k = 0; k < 4; ++k) store(y[k], products + 16 * (e - begin) + 4 * k);
-  }
+  const std::size_t first = std::max(begin, static_cast<std::size_t>(tangent_begin_));
+  if (first >= end) return;
+  const simd::TangentPass pass{.vectors = vectors.data(),
+                               .corners = corners_.front().data(),
+                               .blocks = element_tangent(static_cast<Index>(first)),
+                               .products = products + 16 * (first - begin)};
+  simd::tangent_pass(pass, first, end);
 }
 
 }  // namespace palpate::fem

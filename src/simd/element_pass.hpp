@@ -53,8 +53,23 @@ struct StiffnessPass {
 /// K'_e x of each element, in double: (r tr(G) I + G + G^T) a_i at corner i, with G = sum_j x_j a_j^T.
 /// \param begin,end  elements; multiples of element_group
 void stiffness_pass(const StiffnessPass& pass, std::size_t begin, std::size_t end);
+
+/// Input and output of a tangent pass.
+struct TangentPass {
+  const Padded3* vectors;  ///< (n_points)
+  const std::int32_t* corners;
+  const float* blocks;  ///< block_stride numbers (hyperelastic_pass.hpp) for each element, from `begin` on
+  double* products;     ///< as in StiffnessPass
+};
+
+/// K'_e x of each element in double, with the blocks (0,1), (0,2), (0,3), (1,2), (1,3), (2,3) of K'_e above
+/// its diagonal: at corner i the sum of K'_ij (x_j - x_i). The twin has the same bits. \param begin,end
+/// elements; `end` rounded up to a multiple of element_group may be read and written
+void tangent_pass(const TangentPass& pass, std::size_t begin, std::size_t end);
+
 namespace scalar {
+void tangent_pass(const TangentPass& pass, std::size_t begin, std::size_t end);
 void stiffness_pass(const StiffnessPass& pass, std::size_t begin, std::size_t end);
-}
+}  // namespace scalar
 
 }  // namespace palpate::simd

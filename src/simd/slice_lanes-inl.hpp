@@ -30,13 +30,11 @@ struct QuadLanes {
   FloatV x, y, z, w;
 };
 
-/// Transposes quads: vector k is loaded from quads k, k + 4, k + 8 and k + 12.
-template <class Pick>
-HWY_INLINE FloatV fours(Pick&& pick, std::size_t k) {
-  const hn::FixedTag<float, 4> d;
+/// Vector k of a transposition: load(k), load(k + 4), load(k + 8) and load(k + 12), each four floats.
+template <class Load>
+HWY_INLINE FloatV fours(Load&& load, std::size_t k) {
   [[maybe_unused]] const hn::CappedTag<float, 8> d8;
   [[maybe_unused]] const Floats whole;
-  const auto load = [&](std::size_t i) { return hn::Load(d, &pick(i).x); };
 #if HWY_MAX_BYTES >= 64
   return hn::Combine(whole, hn::Combine(d8, load(k + 12), load(k + 8)),
                      hn::Combine(d8, load(k + 4), load(k)));
@@ -47,14 +45,15 @@ HWY_INLINE FloatV fours(Pick&& pick, std::size_t k) {
 #endif
 }
 
-template <class Pick>
-HWY_INLINE QuadLanes transposed(Pick&& pick) {
+/// Lane i: the four floats that load(i) gives.
+template <class Load>
+HWY_INLINE QuadLanes transposed(Load&& load) {
   const Floats d;
   const hn::Repartition<double, Floats> pairs;
-  const FloatV v0 = fours(pick, 0);
-  const FloatV v1 = fours(pick, 1);
-  const FloatV v2 = fours(pick, 2);
-  const FloatV v3 = fours(pick, 3);
+  const FloatV v0 = fours(load, 0);
+  const FloatV v1 = fours(load, 1);
+  const FloatV v2 = fours(load, 2);
+  const FloatV v3 = fours(load, 3);
   const auto xy01 = hn::BitCast(pairs, hn::InterleaveLower(d, v0, v1));
   const auto xy23 = hn::BitCast(pairs, hn::InterleaveLower(d, v2, v3));
   const auto zw01 = hn::BitCast(pairs, hn::InterleaveUpper(d, v0, v1));
@@ -67,11 +66,11 @@ HWY_INLINE QuadLanes transposed(Pick&& pick) {
 
 /// Lane i: quads[places[i]], where places are indices.
 HWY_INLINE QuadLanes load_quads(const Quad* quads, const std::uint32_t* places) {
-  return transposed([&](std::size_t i) -> const Quad& { return quads[places[i]]; });
+  return transposed([&](std::size_t i) { return hn::Load(hn::FixedTag<float, 4>(), &quads[places[i]].x); });
 }
 /// Lane i: quads[i].
 HWY_INLINE QuadLanes load_rows_of(const Quad* quads) {
-  return transposed([&](std::size_t i) -> const Quad& { return quads[i]; });
+  return transposed([&](std::size_t i) { return hn::Load(hn::FixedTag<float, 4>(), &quads[i].x); });
 }
 
 /// The inverse conversion; writes zero to the fourth value of each quad.

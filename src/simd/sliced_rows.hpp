@@ -45,6 +45,21 @@ struct SlicedAssembly {
 void assemble_slices(const SlicedAssembly& rows, float* values, float* diagonals, std::size_t begin,
                      std::size_t end);
 
+/// Input of rows whose blocks are sums of stored blocks of nine numbers, row by row.
+struct TangentAssembly {
+  const std::uint32_t* slot_begin;  ///< (n_slices + 1)
+  const std::uint32_t* term_begin;  ///< (n_slots + 1): first term of each slot, 16 a term
+  const std::uint32_t* terms;       ///< 2 place of the first number + 1 if the block is to be transposed
+  const float* blocks;
+};
+
+/// Writes the blocks of slices [begin, end). Blocks (i, j) and (j, i) get transposed bits as above.
+void assemble_tangent_slices(const TangentAssembly& rows, float* values, std::size_t begin, std::size_t end);
+/// The diagonal blocks of slices [begin, end), from their blocks: as assemble_slices() writes them.
+/// \param slot_begin, masses  as in SlicedRows
+void sum_diagonals(const std::uint32_t* slot_begin, const float* values, const float* masses,
+                   float* diagonals, std::size_t begin, std::size_t end);
+
 /// The part of a product in one coupling: weights times sum_k coefficients[k] x[rows[k]].
 struct alignas(16) CouplingTerm {
   std::array<float, 12> weights;  ///< a symmetric matrix, column by column, each padded with a zero
@@ -102,6 +117,9 @@ void update_directions(const GradientVectors& vectors, float beta, std::size_t b
 namespace scalar {
 void assemble_slices(const SlicedAssembly& rows, float* values, float* diagonals, std::size_t begin,
                      std::size_t end);
+void assemble_tangent_slices(const TangentAssembly& rows, float* values, std::size_t begin, std::size_t end);
+void sum_diagonals(const std::uint32_t* slot_begin, const float* values, const float* masses,
+                   float* diagonals, std::size_t begin, std::size_t end);
 void coupling_products(const CouplingTerm* couplings, const Quad* x, Quad* products, std::size_t begin,
                        std::size_t end);
 double multiply_slices(const SlicedRows& rows, const CouplingRows& couplings, const Quad* x, float* y,

@@ -61,6 +61,37 @@ void assemble_slices(const SlicedAssembly& rows, float* values, float* diagonals
   }
 }
 
+void assemble_tangent_slices(const TangentAssembly& rows, float* values, std::size_t begin, std::size_t end) {
+  for (std::size_t slot = rows.slot_begin[begin]; slot < rows.slot_begin[end]; ++slot) {
+    for (std::size_t lane = 0; lane < slice_rows; ++lane) {
+      Block sum{};
+      for (std::size_t t = rows.term_begin[slot]; t < rows.term_begin[slot + 1]; ++t) {
+        const std::uint32_t term = rows.terms[slice_rows * t + lane];
+        const float* block = rows.blocks + (term >> 1U);
+        for (std::size_t k = 0; k < 9; ++k) sum[k] += block[term % 2 == 0 ? k : 3 * (k % 3) + k / 3];
+      }
+      for (std::size_t k = 0; k < 9; ++k) values[slot_values * slot + slice_rows * k + lane] = sum[k];
+    }
+  }
+}
+
+void sum_diagonals(const std::uint32_t* slot_begin, const float* values, const float* masses,
+                   float* diagonals, std::size_t begin, std::size_t end) {
+  constexpr std::array<std::size_t, 6> upper{0, 4, 8, 1, 2, 5};
+  for (std::size_t slice = begin; slice < end; ++slice) {
+    for (std::size_t lane = 0; lane < slice_rows; ++lane) {
+      std::array<float, 6> sums{};
+      for (std::size_t slot = slot_begin[slice]; slot < slot_begin[slice + 1]; ++slot) {
+        for (std::size_t k = 0; k < 6; ++k)
+          sums[k] += values[slot_values * slot + slice_rows * upper[k] + lane];
+      }
+      const float mass = masses[slice_rows * slice + lane];
+      for (std::size_t k = 0; k < 6; ++k)
+        diagonals[slice_symmetric * slice + slice_rows * k + lane] = k < 3 ? mass - sums[k] : -sums[k];
+    }
+  }
+}
+
 void coupling_products(const CouplingTerm* couplings, const Quad* x, Quad* products, std::size_t begin,
                        std::size_t end) {
   for (std::size_t c = begin; c < end; ++c) {

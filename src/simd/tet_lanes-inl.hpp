@@ -67,8 +67,40 @@ HWY_INLINE Matrix3V cofactors(const Matrix3V& m) {
   return {cross(m.b, m.c), cross(m.c, m.a), cross(m.a, m.b)};
 }
 
-/// Displacements of a corner; lane i of the result is element i. With eight lanes each vector is loaded as
-/// rows k and k + 4, one in each half.
+/// Four values of each element.
+struct FourV {
+  V x, y, z, w;
+};
+
+/// Row k of the result is lane k of the four vectors. With eight lanes each vector has rows k and k + 4, one
+/// in each half.
+HWY_INLINE FourV transposed(V v0, V v1, V v2, V v3) {
+  const D d;
+  const V xz01 = hn::InterleaveLower(d, v0, v1);
+  const V yw01 = hn::InterleaveUpper(d, v0, v1);
+  const V xz23 = hn::InterleaveLower(d, v2, v3);
+  const V yw23 = hn::InterleaveUpper(d, v2, v3);
+  return {hn::OddEvenBlocks(hn::SwapAdjacentBlocks(xz23), xz01),
+          hn::OddEvenBlocks(hn::SwapAdjacentBlocks(yw23), yw01),
+          hn::OddEvenBlocks(xz23, hn::SwapAdjacentBlocks(xz01)),
+          hn::OddEvenBlocks(yw23, hn::SwapAdjacentBlocks(yw01))};
+}
+
+/// Four floats of each element, `stride` floats apart, in double.
+HWY_INLINE FourV load_float_fours(const float* from, std::size_t stride) {
+  const auto load = [&](std::size_t k) {
+    const hn::FixedTag<float, 4> four;
+    const auto first = hn::PromoteTo(Four(), hn::Load(four, from + stride * k));
+#if HWY_MAX_BYTES >= 64
+    return hn::Combine(D(), hn::PromoteTo(Four(), hn::Load(four, from + stride * (k + 4))), first);
+#else
+    return first;
+#endif
+  };
+  return transposed(load(0), load(1), load(2), load(3));
+}
+
+/// Displacements of a corner; lane i of the result is element i.
 HWY_INLINE Vec3V load_rows(const Padded3* rows, const std::int32_t* corners) {
   const D d;
   const auto load = [&](std::size_t k) {
@@ -80,23 +112,9 @@ HWY_INLINE Vec3V load_rows(const Padded3* rows, const std::int32_t* corners) {
     return hn::Load(d, first);
 #endif
   };
-  const V v0 = load(0);
-  const V v1 = load(1);
-  const V v2 = load(2);
-  const V v3 = load(3);
-  const V xz01 = hn::InterleaveLower(d, v0, v1);
-  const V yw01 = hn::InterleaveUpper(d, v0, v1);
-  const V xz23 = hn::InterleaveLower(d, v2, v3);
-  const V yw23 = hn::InterleaveUpper(d, v2, v3);
-  return {hn::OddEvenBlocks(hn::SwapAdjacentBlocks(xz23), xz01),
-          hn::OddEvenBlocks(hn::SwapAdjacentBlocks(yw23), yw01),
-          hn::OddEvenBlocks(xz23, hn::SwapAdjacentBlocks(xz01))};
+  const FourV rows_of = transposed(load(0), load(1), load(2), load(3));
+  return {rows_of.x, rows_of.y, rows_of.z};
 }
-
-/// Loads four values of each element.
-struct FourV {
-  V x, y, z, w;
-};
 
 /// The inverse conversion: row k gets (x, y, z, w) of lane k. Rows are `stride` doubles apart.
 HWY_INLINE void store_fours(const FourV& v, double* rows, std::size_t stride) {
