@@ -2,6 +2,7 @@
 
 #include <array>
 #include <span>
+#include <vector>
 
 #include <palpate/mesh.hpp>
 #include <palpate/simulation.hpp>
@@ -26,6 +27,21 @@ struct HalfSpace {
 /// tets of a body overlap, their common part counts for each. O(tets log tets + tets that meet).
 [[nodiscard]] double volume_within(const Bodies& bodies, Index body, Index other,
                                    std::span<const Vec3> positions, std::span<const HalfSpace> spaces);
+
+/// A cavity: a part of the surface of a body, its walls, and the openings that the part leaves.
+struct Cavity {
+  std::vector<Index> walls;                                 ///< surface triangles
+  std::vector<std::vector<std::array<Index, 2>>> openings;  ///< border edges of each opening
+  double sign = 1.0;  ///< -1: the outward normals of the walls point into the cavity
+};
+/// The cavity that these surface triangles enclose, for volume_of(). Border edges that are connected are one
+/// opening. Throws Error if a triangle is out of range or there twice, or if the bodies at rest enclose no
+/// volume there. O(n log n).
+[[nodiscard]] Cavity cavity(const Bodies& bodies, std::span<const Index> walls);
+/// The volume between the walls of a cavity and the lids of its openings, m^3; positive at rest. A lid has a
+/// triangle from each border edge to the centroid of the border, so it is flat if the border is. O(walls).
+/// \param positions  (n_points x 3)
+[[nodiscard]] double volume_of(const Cavity& cavity, const Bodies& bodies, std::span<const Vec3> positions);
 
 /// A material point of a body; it moves with a tet.
 struct Landmark {

@@ -41,17 +41,6 @@ void add_field(const Scene& scene, std::size_t body, const std::string& path, In
   }
 }
 
-/// The points of all selections of one end, as indices in the body.
-std::vector<Index> points_of(const Selector& select, const std::vector<FibreEnd>& ends,
-                             const std::string& path) {
-  std::vector<Index> points;
-  for (std::size_t i = 0; i < ends.size(); ++i) {
-    const std::vector<Index> more = select(ends[i].points, element_path(path, i));
-    points.insert(points.end(), more.begin(), more.end());
-  }
-  return points;
-}
-
 void add_ends(const Scene& scene, std::size_t b, const FibreEnds& ends, Model& model) {
   const Body& body = model.bodies.bodies()[b];
   const auto index = static_cast<Index>(b);
@@ -60,8 +49,8 @@ void add_ends(const Scene& scene, std::size_t b, const FibreEnds& ends, Model& m
                                                            static_cast<std::size_t>(body.points.size())),
                         "point"};
   const std::string path = element_path("bodies", b) + ".fibre_ends";
-  const std::vector<Index> from = points_of(select, ends.from, path + ".from");
-  const std::vector<Index> to = points_of(select, ends.to, path + ".to");
+  const std::vector<Index> from = select(ends.from, path + ".from");
+  const std::vector<Index> to = select(ends.to, path + ".to");
   model.fibre_of_tet.resize(model.bodies.tets().size());
   try {
     std::ranges::copy(fibres_between(model.bodies, index, from, to),

@@ -160,8 +160,8 @@ void describe(Visitor& v, Fixation& fixation) {
 }
 
 template <class Visitor>
-void describe(Visitor& v, FibreEnd& end) {
-  describe_points(v, end.points);
+void describe(Visitor& v, PointPart& part) {
+  describe_points(v, part.points);
 }
 
 template <class Visitor>

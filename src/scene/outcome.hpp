@@ -43,6 +43,11 @@ struct VolumeOutcome {
   std::vector<ScenePlane> beyond{};
   std::optional<std::string> within{};
 };
+/// Volume that a part of a body's surface encloses.
+struct CavityOutcome {
+  std::string body;
+  std::vector<PointPart> walls;  ///< the surface triangles with all corners in the union of these selections
+};
 /// The least distance of two bodies, 0 where they touch.
 struct GapOutcome {
   BodyNames bodies;
@@ -63,8 +68,8 @@ struct ForceOutcome {
 
 struct SceneOutcome {
   std::string name;
-  std::variant<DisplacementOutcome, RotationOutcome, DistanceOutcome, VolumeOutcome, GapOutcome,
-               ContactAreaOutcome, StressOutcome, ForceOutcome>
+  std::variant<DisplacementOutcome, RotationOutcome, DistanceOutcome, VolumeOutcome, CavityOutcome,
+               GapOutcome, ContactAreaOutcome, StressOutcome, ForceOutcome>
       of;
 };
 

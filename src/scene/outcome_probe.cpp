@@ -12,6 +12,7 @@
 #include "scene/json_text.hpp"
 #include "scene/pair_force.hpp"
 #include "scene/selector.hpp"
+#include "scene/surface_load.hpp"
 
 namespace palpate {
 
@@ -47,6 +48,20 @@ struct OutcomeReader {
     name(0, o.body);
     if (o.within) name(1, *o.within);
     for (const ScenePlane& plane : o.beyond) of.spaces.push_back({plane.point, plane.normal});
+  }
+  void operator()(const CavityOutcome& o) const {
+    tell("cavity", dimension::volume, false);
+    name(0, o.body);
+    const Range range = at(bodies.bodies(), of.bodies[0]).points;
+    const auto points = bodies.points_rest().subspan(static_cast<std::size_t>(range.begin),
+                                                     static_cast<std::size_t>(range.size()));
+    const std::string where = path + ".cavity.walls";
+    const std::vector<Index> walls = Selector{scene, bodies, of.bodies[0], points, "point"}(o.walls, where);
+    try {
+      of.cavity = cavity(bodies, triangles_of(bodies, of.bodies[0], walls));
+    } catch (const Error& error) {
+      throw Error(scene.source, where, error.found(), error.expected());
+    }
   }
   void operator()(const GapOutcome& o) const {
     tell("gap", dimension::length, false);
@@ -110,6 +125,9 @@ struct OutcomeTeller {
   OutcomeValue operator()(const VolumeOutcome&) const {
     if (of.bodies[1] < 0) return {volume_in(bodies(), of.bodies[0], positions(), of.spaces)};
     return {volume_within(bodies(), of.bodies[0], of.bodies[1], positions(), of.spaces)};
+  }
+  OutcomeValue operator()(const CavityOutcome&) const {
+    return {volume_of(of.cavity, bodies(), positions())};
   }
   OutcomeValue operator()(const GapOutcome&) const {
     if (touch()) return {0.0};

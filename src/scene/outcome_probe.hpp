@@ -51,6 +51,7 @@ class OutcomeProbe {
     std::array<Index, 2> bodies{-1, -1};
     std::array<Landmark, 2> marks{};
     std::vector<HalfSpace> spaces{};
+    Cavity cavity{};
     std::optional<Vec3> direction{};  ///< unit
   };
   friend struct OutcomeReader;

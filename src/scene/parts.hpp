@@ -70,6 +70,10 @@ struct NearSelection {
   std::optional<BoxSelection> box{};
 };
 using Selection = std::variant<BoxSelection, SphereSelection, PointSelection, NearSelection>;
+/// A part of a body: the selected points.
+struct PointPart {
+  Selection points;
+};
 
 /// Points that do not move along some or all axes of the world.
 struct Fixation {
@@ -118,14 +122,10 @@ struct Prescription {
   Selection points;
   SceneMotion motion;
 };
-/// Points at one end of the fibres of a body.
-struct FibreEnd {
-  Selection points;
-};
 /// Fibres along curves from some points of a body to others; see fibres_between().
 struct FibreEnds {
-  std::vector<FibreEnd> from;  ///< union of these selections
-  std::vector<FibreEnd> to;    ///< union of these selections, without points of `from`
+  std::vector<PointPart> from;  ///< union of these selections
+  std::vector<PointPart> to;    ///< union of these selections, without points of `from`
 };
 /// A load: one of a force on selected points, and a pressure or traction on surface triangles with all
 /// corners selected.

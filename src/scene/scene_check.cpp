@@ -61,6 +61,7 @@ struct OutcomeCheck {
     one(of.body, ".volume");
     if (of.within) check_known(scene, *of.within, path + ".volume.within");
   }
+  void operator()(const CavityOutcome& of) const { one(of.body, ".cavity"); }
   void operator()(const GapOutcome& of) const { check_known(scene, of.bodies, path + ".gap.bodies"); }
   void operator()(const ContactAreaOutcome& of) const {
     check_known(scene, of.bodies, path + ".contact_area.bodies");

@@ -11,6 +11,7 @@
 
 #include "geometry/vector.hpp"
 #include "number_text.hpp"
+#include "scene/json_text.hpp"
 #include "scene/near.hpp"
 #include "scene/scene.hpp"
 #include "scene/suggest.hpp"
@@ -72,6 +73,15 @@ struct Selector {
     if (indices.empty()) {
       throw Error(scene.source, path, "no " + what + " of '" + at(scene.bodies, body).name + "'",
                   "one or more " + what + "s selected");
+    }
+    return indices;
+  }
+  /// The points of all of these parts, perhaps with repetitions. Throws Error as above, naming the element.
+  std::vector<Index> operator()(const std::vector<PointPart>& parts, const std::string& path) const {
+    std::vector<Index> indices;
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      const std::vector<Index> more = (*this)(parts[i].points, element_path(path, i));
+      indices.insert(indices.end(), more.begin(), more.end());
     }
     return indices;
   }

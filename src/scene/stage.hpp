@@ -11,20 +11,16 @@
 /// Stages of a scene: what changes at the start of each, and when it ends.
 namespace palpate {
 
-/// Some points of a body. They are selected by their positions at the start of the run.
-struct StagePart {
-  Selection points;
-};
 /// A body, or a part of it.
 struct StageBody {
   std::string body;
-  std::optional<StagePart> part{};  ///< none: the whole body
+  std::optional<PointPart> part{};  ///< none: the whole body
 };
 /// Moves a body, or a part of it, from its position at the start of the stage. Whatever is attached to a
 /// rigid body moves with it.
 struct StageMove {
   std::string body;
-  std::optional<StagePart> part{};
+  std::optional<PointPart> part{};
   SceneMotion motion;  ///< times count from the start of the stage
 };
 /// Ties points of a body to another deformable body, at their positions at the start of the stage.

@@ -15,9 +15,7 @@ template <class Visitor>
 void describe(Visitor& v, Load& load);
 
 template <class Visitor>
-void describe(Visitor& v, StagePart& part) {
-  describe_points(v, part.points);
-}
+void describe(Visitor& v, PointPart& part);
 
 template <class Visitor>
 void describe(Visitor& v, StageBody& body) {
@@ -161,6 +159,13 @@ void describe(Visitor& v, VolumeOutcome& of) {
 }
 
 template <class Visitor>
+void describe(Visitor& v, CavityOutcome& of) {
+  v.required("body", of.body);
+  v.list("walls", of.walls);
+  v.rule(!of.walls.empty(), "walls", "none", "one or more");
+}
+
+template <class Visitor>
 void describe(Visitor& v, GapOutcome& of) {
   require_two(v, of.bodies);
 }
@@ -186,8 +191,8 @@ void describe(Visitor& v, ForceOutcome& of) {
 template <class Visitor>
 void describe(Visitor& v, SceneOutcome& outcome) {
   require_plain_name(v, outcome.name);
-  v.one_of(outcome.of,
-           {"displacement", "rotation", "distance", "volume", "gap", "contact_area", "stress", "force"});
+  v.one_of(outcome.of, {"displacement", "rotation", "distance", "volume", "cavity", "gap", "contact_area",
+                        "stress", "force"});
 }
 
 }  // namespace palpate::scene_format

@@ -255,6 +255,14 @@ TEST(Outcomes, BadOnesAreRefusedInOneLine) {
       "scene: outcomes[0].gap.bodies: found the same name twice, expected the names of two different bodies");
   EXPECT_EQ(of(R"("volume": {"body": "block", "within": "block"})"),
             "scene: outcomes[0].volume.within: found the body itself, expected another body, or nothing");
+  EXPECT_EQ(of(R"("cavity": {"body": "blok", "walls": [{"points": [0]}]})"),
+            "scene: outcomes[0].cavity.body: found 'blok', expected 'block'");
+  EXPECT_EQ(of(R"("cavity": {"body": "block", "walls": []})"),
+            "scene: outcomes[0].cavity.walls: found none, expected one or more");
+  EXPECT_EQ(of(R"("cavity": {"body": "block", "walls": [{"points": [0]}]})"),
+            "scene: outcomes[0].cavity.walls: found no surface triangle, expected one or more");
+  EXPECT_EQ(of(R"("cavity": {"body": "block", "walls": [{"points": [0]}, {"points": [99]}]})"),
+            "scene: outcomes[0].cavity.walls[1].points[0]: found 99, expected a point index in [0, 26]");
   EXPECT_EQ(
       refusal(
           R"("outcomes": [{"name": "o", "stress": {"body": "block"}}, {"name": "o", "stress": {"body": "block"}}])"),
@@ -277,7 +285,9 @@ TEST(Outcomes, OfABlockAtRestAndATurnedRail) {
       {"name": "gap", "gap": {"bodies": ["bone", "table"]}},
       {"name": "touching", "gap": {"bodies": ["block", "table"]}},
       {"name": "area", "contact_area": {"bodies": ["block", "table"]}},
-      {"name": "half", "volume": {"body": "rail", "beyond": [{"point": [0, 0, 0.4], "normal": [0, 0, 1]}]}}])");
+      {"name": "half", "volume": {"body": "rail", "beyond": [{"point": [0, 0, 0.4], "normal": [0, 0, 1]}]}},
+      {"name": "cavity", "cavity": {"body": "rail", "walls": [
+        {"box": {"lower": [-1, -1, 0], "upper": [1, 1, 0.3]}}, {"box": {"lower": [-1, -1, 0.3], "upper": [1, 1, 1]}}]}}])");
   Simulation simulation = simulate(scene);
   StageRun stages(scene, simulation);
   lead(stages, simulation);
@@ -299,6 +309,7 @@ TEST(Outcomes, OfABlockAtRestAndATurnedRail) {
   EXPECT_EQ(value("touching"), 0.0);
   EXPECT_NEAR(value("area"), 0.01, 1e-4);
   EXPECT_NEAR(value("half"), 0.5 * 0.1 * 0.1 * 0.02, 1e-12);
+  EXPECT_NEAR(value("cavity"), 0.1 * 0.1 * 0.02, 1e-12);
   EXPECT_EQ(probe.in_words(0, 9.81), "9.81 N");
   EXPECT_EQ(probe.in_words(9, 4.1e-7), "0.41 ml");
   EXPECT_EQ(probe.in_words(2, -40.0), "-40 deg");

@@ -1,4 +1,5 @@
 // Quantities of outcomes. Oracles: closed forms, prescribed rotations, and the weight of a block.
+#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <numbers>
@@ -74,6 +75,85 @@ TEST(Outcomes, VolumesWithinAnotherBodyAreTheClosedForms) {
   EXPECT_NEAR(volume_within(cubes, 0, 1, now, {}), 2.0 * (std::sqrt(2.0) - 1.0), 1e-12) << "an octagon";
   place_b({0, 0, 1}, 0.0, {1.5, 0.0, 0.0});
   EXPECT_EQ(volume_within(cubes, 0, 1, now, {}), 0.0);
+}
+
+/// Surface triangles of a body with corners that all hold.
+template <class Holds>
+std::vector<Index> walls_of(const Bodies& bodies, Holds&& holds) {
+  std::vector<Index> walls;
+  for (Index t = 0; t < static_cast<Index>(bodies.triangles().size()); ++t) {
+    const Triangle& corners = at(bodies.triangles(), t);
+    if (std::ranges::all_of(corners, [&](Index p) { return holds(at(bodies.points_rest(), p)); }))
+      walls.push_back(t);
+  }
+  return walls;
+}
+
+TEST(Outcomes, TheVolumeOfAHollowInABoxIsTheClosedForm) {
+  TetMesh box = box_mesh({3, 3, 3}, {0, 0, 0}, {3, 3, 3});
+  constexpr std::ptrdiff_t tets_of_cell = 6;
+  const auto middle = box.tets.begin() + tets_of_cell * (1 + 3 * (1 + 3 * 1));
+  box.tets.erase(middle, middle + tets_of_cell);
+  Bodies bodies;
+  bodies.add("hollow", box);
+  const auto inside = [](double x) { return x > 0.5 && x < 2.5; };
+  const Cavity hollow = cavity(
+      bodies, walls_of(bodies, [&](const Vec3& p) { return inside(p.x) && inside(p.y) && inside(p.z); }));
+  EXPECT_EQ(hollow.walls.size(), 12);
+  EXPECT_TRUE(hollow.openings.empty());
+  EXPECT_NEAR(volume_of(hollow, bodies, bodies.points_rest()), 1.0, 1e-12);
+  std::vector<Vec3> now;
+  for (const Vec3& p : bodies.points_rest())
+    now.push_back({1.5 * p.x + 0.3 * p.y + 7.0, 0.8 * p.y, 1.1 * p.z});
+  EXPECT_NEAR(volume_of(hollow, bodies, now), 1.5 * 0.8 * 1.1, 1e-12);
+}
+
+TEST(Outcomes, OpeningsOfACavityAreClosedByLids) {
+  const Bodies cubes = two_cubes();
+  const auto is_open = [](const std::array<Vec3, 3>& corners, double z) {
+    return std::ranges::all_of(corners, [&](const Vec3& p) { return p.z == z; });
+  };
+  for (const bool both : {false, true}) {
+    std::vector<Index> walls;
+    for (const Index t : walls_of(cubes, [](const Vec3&) { return true; })) {
+      if (t >= cubes.bodies()[0].triangles.end) continue;
+      const Triangle& corners = at(cubes.triangles(), t);
+      const std::array<Vec3, 3> places{at(cubes.points_rest(), corners[0]),
+                                       at(cubes.points_rest(), corners[1]),
+                                       at(cubes.points_rest(), corners[2])};
+      if (!is_open(places, 0.5) && !(both && is_open(places, -0.5))) walls.push_back(t);
+    }
+    const Cavity cup = cavity(cubes, walls);
+    EXPECT_EQ(cup.openings.size(), both ? 2 : 1);
+    EXPECT_NEAR(volume_of(cup, cubes, cubes.points_rest()), 1.0, 1e-12);
+    const auto now = turned(cubes.points_rest(), normalized({1, 2, 3}), 0.7, {10, 2, 3});
+    EXPECT_NEAR(volume_of(cup, cubes, now), 1.0, 1e-11);
+    std::vector<Vec3> narrow(cubes.points_rest().begin(), cubes.points_rest().end());
+    for (Vec3& p : narrow) {
+      const double scale = 0.7 - 0.6 * p.z;  // 1 at the bottom, 0.4 at the top
+      p = {scale * p.x, scale * p.y, p.z};
+    }
+    EXPECT_NEAR(volume_of(cup, cubes, narrow), (1.0 + 0.4 + 0.16) / 3.0, 1e-12) << "a frustum";
+  }
+}
+
+TEST(Outcomes, WallsWithoutACavityAreRefused) {
+  const Bodies cubes = two_cubes();
+  const auto refusal = [&](const std::vector<Index>& walls) {
+    try {
+      static_cast<void>(cavity(cubes, walls));
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_EQ(refusal({}), "cavity: walls: found no surface triangle, expected one or more");
+  EXPECT_EQ(refusal({0, 1, 0}),
+            "cavity: walls: found a triangle for the second time, expected each triangle once");
+  EXPECT_EQ(refusal({0, 5000}), "cavity: walls: found a triangle out of range, expected surface triangles");
+  EXPECT_EQ(
+      refusal(walls_of(cubes, [](const Vec3& p) { return p.z == 0.5; })),
+      "cavity: walls: found a part of a surface that encloses no volume, expected the walls of a cavity");
 }
 
 TEST(Outcomes, RotationsAreThosePrescribed) {
