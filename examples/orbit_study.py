@@ -20,6 +20,7 @@ import palpate
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 SCENE = ROOT / "scenes" / "orbit-repair.json"
+PLATE = ["--size", "18,20", "--thickness", 0.5]  # mm; as in the scene
 SHAPES = {"bent": [], "flat": ["--flat"]}
 PLACES = {"planned": (-2.0, 7.0), "4 mm forward": (-2.0, 3.0), "4 mm lateral": (2.0, 7.0)}
 TETS = {"coarse": 12000, "middle": 24000, "fine": 48000}
@@ -43,7 +44,7 @@ def make_plate(folder, shape, place):
     x, y = PLACES[place]
     file = folder / "plates" / f"{shape}-{place.replace(' ', '-')}.vtu"
     file.parent.mkdir(parents=True, exist_ok=True)
-    call("generate", "orbit-plate", f"--at={x},{y}", *SHAPES[shape], "--out", file)
+    call("generate", "orbit-plate", f"--at={x},{y}", *PLATE, *SHAPES[shape], "--out", file)
     return file
 
 
