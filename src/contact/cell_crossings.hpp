@@ -158,9 +158,10 @@ class CellCrossings final : public CrossingQuery {
     const parallel::Threads& threads = problem.frame.threads();
     const std::size_t count = problem.edges.size();
     if constexpr (requires { structure_.build_slots(threads, lattice, count, std::size_t{1}, footprint); }) {
-      if (!slots.exact())
+      if (!slots.exact()) {
         return structure_.build_slots(threads, lattice, count, static_cast<std::size_t>(slots.count()),
                                       footprint);
+      }
     }
     structure_.build(threads, lattice, count, footprint);
   }

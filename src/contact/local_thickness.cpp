@@ -47,8 +47,8 @@ LocalThickness::LocalThickness(const Bodies& bodies, const Clusters& surface)
       of_cluster(surface.clusters.size(), std::numeric_limits<double>::infinity()),
       of_body(bodies.bodies().size(), std::numeric_limits<double>::infinity()) {
   constexpr double reaches_of_an_edge = 4.0;  // rim_reach() is a quarter of the mean edge length
-  std::vector<double> edge;
-  for (Index b = 0; b < bodies.body_count(); ++b) edge.push_back(reaches_of_an_edge * rim_reach(bodies, b));
+  std::vector<double> edge(bodies.bodies().size());
+  for (Index b = 0; b < bodies.body_count(); ++b) at(edge, b) = reaches_of_an_edge * rim_reach(bodies, b);
   for (std::size_t c = 0; c < surface.clusters.size(); ++c) {
     const Cluster& cluster = surface.clusters[c];
     for (const Index triangle : surface.primitives_of(cluster)) {

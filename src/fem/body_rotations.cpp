@@ -1,10 +1,12 @@
 #include "fem/body_rotations.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 
 #include "fem/lumping.hpp"
 #include "fem/rotation.hpp"
+#include "fem/symmetric_eigen.hpp"
 #include "geometry/trigonometry.hpp"
 
 namespace palpate::fem {
@@ -26,15 +28,45 @@ Vec3 turned(const Quaternion& rotation, const Matrix3& matrix, const Vec3& a) {
   return rotated(rotation, matrix * rotated_back(rotation, a));
 }
 
-/// The angle of a rigid body without torque over a step: h times omega at mid-step.
+/// Two rotations, the second argument first.
+Quaternion product(const Quaternion& a, const Quaternion& b) {
+  return {a.scalar * b.scalar - dot(a.vector, b.vector),
+          a.scalar * b.vector + b.scalar * a.vector + cross(a.vector, b.vector)};
+}
+
+/// The rotation vector of a rotation, its angle in [0, pi], rad.
+Vec3 rotation_vector(const Quaternion& q) {
+  const double sine = length(q.vector);
+  if (sine == 0.0) return {};
+  const double half = arc_tangent(sine, std::abs(q.scalar));
+  return ((q.scalar < 0.0 ? -2.0 : 2.0) * half / sine) * q.vector;
+}
+
+/// The rotation vector of a rigid body without torque over a step. A body with the middle principal moment of
+/// inertia about all axes rotates about the angular momentum. The rest of the motion is made of short
+/// rotations about the two other principal axes, one after the other (Dullweber, Leimkuhler & McLachlan, J.
+/// Chem. Phys. 107 (1997), 5840). Angular momentum is constant, and errors do not grow from step to step.
+/// Exact where two moments are equal. (The implicit midpoint rule, solved by repeated substitution, diverges
+/// for slender bodies: a small tilt of the axis is a fast rotation about it.)
 Vec3 free_angle(const RigidMotion& start, double time_step) {
-  Vec3 angle = time_step * start.angular_velocity();
-  constexpr int rounds = 3;  // the third round changes it by less than the error of the midpoint rule
-  for (int i = 0; i < rounds; ++i) {
-    const Quaternion half = rotation_by(0.5 * angle);
-    angle = time_step * turned(half, start.inverse_inertia, start.momentum);
+  constexpr int parts = 4;
+  const SymmetricEigen principal = symmetric_eigen(symmetric_part(start.inertia));
+  const double middle = principal.values.y;
+  const auto rate_beyond = [&](double inertia) { return 1.0 / inertia - 1.0 / middle; };
+  const double largest = rate_beyond(principal.values.x);
+  const double smallest = rate_beyond(principal.values.z);
+  Quaternion body;
+  const auto rotate = [&](const Vec3& axis, double rate, double fraction) {
+    const Vec3 direction = rotated(body, axis);
+    const double angle = fraction / parts * time_step * rate * dot(start.momentum, direction);
+    body = product(rotation_by(angle * direction), body);
+  };
+  for (int i = 0; i < parts; ++i) {
+    rotate(principal.vectors[0], largest, 0.5);
+    rotate(principal.vectors[2], smallest, 1.0);
+    rotate(principal.vectors[0], largest, 0.5);
   }
-  return angle;
+  return rotation_vector(product(rotation_by(time_step / middle * start.momentum), body));
 }
 
 /// The rotation vector of a rotation, its angle in [0, pi], rad.
@@ -178,7 +210,7 @@ bool BodyRotations::follow(const parallel::Threads& threads, std::span<const Vec
     const double step_length =
         last.left == Vec3{} ? 1.0 : next_step_length(last.left, left, last.step_length);
     const Vec3 angle = last.angle + step_length * left;
-    // Angular momentum at mid-step, as in free_angle().
+    // Angular momentum at mid-step: h times omega there is the angle.
     const Quaternion half = rotation_by(0.5 * angle);
     const Vec3 momentum = (1.0 / time_step_) * turned(half, starts_[body].inertia, angle);
     set_frame(body, angle, momentum);

@@ -52,11 +52,10 @@ class BodyRotations {
   BodyRotations(const Bodies& bodies, const Materials& materials, std::span<const double> masses,
                 std::span<const std::uint8_t> obstacles);
 
-  /// Rotates the frames of bodies by their motion at the start of a step, with the midpoint rule for a rigid
-  /// body without torque. A body gets a frame only if its motion is mostly a rotation and its expansion would
-  /// store more than 1e-3 of its kinetic energy. Blocks that rock a little in a pile do not need one.
-  /// O(n_points).
-  /// \param positions, velocities  (n_points x 3) at the start
+  /// Rotates the frames of bodies by their motion at the start of a step, as rigid bodies without torque. A
+  /// body gets a frame only if its motion is mostly a rotation and its expansion would store more than 1e-3
+  /// of its kinetic energy. Blocks that rock a little in a pile do not need one. O(n_points). \param
+  /// positions, velocities  (n_points x 3) at the start
   void begin(const parallel::Threads& threads, std::span<const Vec3> positions,
              std::span<const Vec3> velocities, double time_step);
   /// Updates the frames after a solution with these `velocities`, where it rotates a body too far beyond its

@@ -135,6 +135,25 @@ TEST(BodyRotations, ABoxTumblesAsARigidBodyWithoutTorque) {
   EXPECT_GT(turned, 2.0);
 }
 
+/// A needle rotates end over end, by 0.3, 0.6 and 2 radians in a step. The smallest tilt of its axis is a
+/// fast rotation about this axis, since its inertia about it is 450 times smaller.
+TEST(BodyRotations, ANeedleRotatesEndOverEndWithoutGain) {
+  constexpr double h = 0.01;
+  for (const double rate : {30.0, 60.0, 200.0}) {
+    SpinningBox box({0.06, 0.002, 0.002}, {0.0, 0.0, rate}, 1e7);
+    const Eigen::Vector3d momentum = box.angular_momentum();
+    const double energy = box.dynamics.kinetic_energy();
+    for (int n = 1; n <= 100; ++n) {
+      box.step(h);
+      ASSERT_LT((box.angular_momentum() - momentum).norm(), 1e-2 * momentum.norm()) << rate << ", " << n;
+      ASSERT_NEAR(box.dynamics.kinetic_energy() + box.dynamics.elastic_energy(), energy, 0.05 * energy)
+          << rate << ", " << n;
+    }
+    // It has stayed in its plane.
+    EXPECT_GT(std::abs(box.rotation()(2, 2)), 0.99) << rate;
+  }
+}
+
 /// A couple rotates a cube from rest in one step, by 4 or 17 degrees, by forces that accelerate its points
 /// like a rigid body. Straight paths would swell it by half the square of the angle. The first is bent, the
 /// second gets a frame. Without a frame the momentum is the couple times the step.
