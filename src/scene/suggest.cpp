@@ -65,7 +65,11 @@ std::optional<std::string_view> nearest_name(std::string_view word, std::span<co
 std::string expected_name(std::string_view word, std::span<const std::string_view> known) {
   if (const auto name = nearest_name(word, known)) return quoted(*name);
   std::string list;
-  for (const std::string_view name : known) list.append(list.empty() ? "" : ", ").append(quoted(name));
+  for (auto name = known.begin(); name != known.end(); ++name) {
+    // A key that may have values of two kinds is there twice.
+    if (std::find(known.begin(), name, *name) == name)
+      list.append(list.empty() ? "" : ", ").append(quoted(*name));
+  }
   return known.size() == 1 ? list : list.insert(0, "one of ");
 }
 

@@ -84,7 +84,7 @@ Eigen::MatrixXd stiffness_by_definition(const Bodies& bodies, const Material& m)
     Eigen::MatrixXd b = Eigen::MatrixXd::Zero(6, n);
     for (int k = 0; k < 4; ++k) {
       const Eigen::Vector3d g = inverted.block<3, 1>(1, k);
-      const Eigen::Index c = 3 * at(tet, k);
+      const Eigen::Index c = Eigen::Index{3} * at(tet, k);
       for (int i = 0; i < 3; ++i) {
         const int j = (i + 1) % 3;
         b(i, c + i) += g[i];

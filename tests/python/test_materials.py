@@ -2,6 +2,7 @@
 
 import copy
 import pickle
+import runpy
 
 import numpy as np
 import pytest
@@ -281,6 +282,17 @@ def test_fields_of_stress_and_energy_are_those_of_the_law():
             p[:, i, j] = (energy(f + d, 2e4, 0.45) - energy(f - d, 2e4, 0.45)) / 2e-5
     cauchy = p @ f.transpose(0, 2, 1) / np.linalg.det(f)[:, None, None]
     np.testing.assert_allclose(tissue.stress, cauchy, rtol=1e-4, atol=1e-5 * np.abs(cauchy).max())
+
+
+@pytest.mark.parametrize("test", ["uniaxial", "equibiaxial", "volumetric", "shear"])
+def test_stress_of_a_tet_is_the_closed_form_of_the_picture(root, test):
+    """The lines and dots of docs/pictures/stretches.png."""
+    picture = runpy.run_path(str(root / "docs/pictures/stretches.py"))
+    for law, forms in picture["closed_forms"]().items():
+        for amount in (0.5, 0.8, 1.0, 1.3, 1.5):
+            deformation, expected = forms[test](amount)
+            found = picture["computed"](law, test, deformation, amount)
+            assert found == pytest.approx(expected, rel=1e-10, abs=1e-10 * picture["YOUNG"]), (law, amount)
 
 
 def test_a_muscle_contracts_along_its_fibres_and_resumes_from_a_saved_state():
