@@ -323,7 +323,7 @@ TEST_F(Run, SaysWherePointsGoFurtherThanBodiesAreThin) {
   const Json through = Json::parse(read("fast/run.json"));
   EXPECT_GE(through["steps_too_far"], 1);
   EXPECT_LT(through["steps_too_far"], 4) << "those in which it is near the plate";
-  EXPECT_NEAR(through["thinnest"].get<double>(), 0.005, 0.001) << "half the plate: the heights of its tets";
+  EXPECT_NEAR(through["thinnest"].get<double>(), 0.006, 1e-4) << "the mean edge of the ball";
   const Finished stopped =
       palpate({"run", "fast.json", "--no-picture", "--out", "stopped", "--set", "contact.continuous=true"});
   EXPECT_EQ(stopped.out.find("too far"), std::string::npos) << stopped.out;

@@ -257,7 +257,7 @@ inline Shots shoot_all(std::uint64_t first, int count) {
       shots.creeps += result.creeps ? 1 : 0;
       shots.blown_up += result.blew_up ? 1 : 0;
     } catch (const Error&) {
-      ++shots.blown_up;  // needles that spin, also in free flight: docs/continuous.md
+      ++shots.blown_up;
     }
   }
   std::printf("%d shots: %d went through, %d crept through below the filter, %d blew up\n", count,
