@@ -12,6 +12,7 @@
 #include "geometry/box.hpp"
 #include "geometry/predicates.hpp"
 #include "grid/cell_slots.hpp"
+#include "grid/cuckoo.hpp"
 #include "grid/lattice.hpp"
 #include "parallel/parallel.hpp"
 #include "room.hpp"
@@ -47,13 +48,7 @@ class CellCrossings final : public CrossingQuery {
     return sum;
   }
   [[nodiscard]] std::size_t bytes() const override { return structure_.bytes(); }
-  [[nodiscard]] std::optional<CuckooCounts> cuckoo() const override {
-    if constexpr (requires { structure_.counts(); }) {
-      return structure_.counts();
-    } else {
-      return std::nullopt;
-    }
-  }
+  [[nodiscard]] std::optional<CuckooCounts> cuckoo() const override { return cuckoo_counts(structure_); }
 
  private:
   /// Input of find_some(). The structure holds indices into `edges`.

@@ -4,6 +4,7 @@
 
 #include "contact/point_query.hpp"
 #include "contact/points_in_tets.hpp"
+#include "grid/cuckoo.hpp"
 
 namespace palpate {
 
@@ -35,13 +36,7 @@ class CellPoints final : public PointQuery {
   [[nodiscard]] std::span<const PointInTet> found() const override { return query_.found(); }
   [[nodiscard]] QueryTally tally() const override { return query_.tally(); }
   [[nodiscard]] std::size_t bytes() const override { return structure_.bytes(); }
-  [[nodiscard]] std::optional<CuckooCounts> cuckoo() const override {
-    if constexpr (requires { structure_.counts(); }) {
-      return structure_.counts();
-    } else {
-      return std::nullopt;
-    }
-  }
+  [[nodiscard]] std::optional<CuckooCounts> cuckoo() const override { return cuckoo_counts(structure_); }
   void save(const Frame& /*frame*/, DetectorMemory& memory) const override {
     if constexpr (requires { structure_.adaptive_switch(); })
       memory.repairs = structure_.adaptive_switch().repairing();

@@ -28,8 +28,8 @@ namespace palpate::fem {
 class BlockMatrix {
  public:
   /// Pattern: each free point of an element, with itself and with the other points of its elements and
-  /// smoothing domains. Throws Error for 2^28 elements or more, or 2^31
-  /// values of tangent blocks. O(n_elements log).
+  /// smoothing domains. Throws Error for 2^28 elements or more, or 2^31 values of tangent blocks.
+  /// O(n_elements log).
   /// \param elements  must outlive it
   /// \param free      (n_points) 1: has a row
   BlockMatrix(const Elements& elements, std::span<const std::uint8_t> free);

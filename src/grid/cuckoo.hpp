@@ -2,6 +2,8 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
+#include <type_traits>
 #include <vector>
 
 #include <palpate/detection.hpp>
@@ -189,6 +191,16 @@ void CuckooGrid::visit_cell(std::uint64_t cell, Visit&& visit) const {
     if (slot.cell != cell) continue;
     for (std::uint32_t e = slot.begin; e < slot.begin + slot.count; ++e) visit(references_[e]);
     return;
+  }
+}
+
+/// The counts of a structure; none unless it is a cuckoo table.
+template <class Structure>
+std::optional<CuckooCounts> cuckoo_counts(const Structure& structure) {
+  if constexpr (std::is_same_v<Structure, CuckooGrid>) {
+    return structure.counts();
+  } else {
+    return std::nullopt;
   }
 }
 

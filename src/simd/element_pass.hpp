@@ -63,8 +63,9 @@ struct TangentPass {
 };
 
 /// K'_e x of each element in double, with the blocks (0,1), (0,2), (0,3), (1,2), (1,3), (2,3) of K'_e above
-/// its diagonal: at corner i the sum of K'_ij (x_j - x_i). The twin has the same bits. \param begin,end
-/// elements; `end` rounded up to a multiple of element_group may be read and written
+/// its diagonal: at corner i the sum of K'_ij (x_j - x_i). The twin has the same bits.
+/// \param begin,end  elements; up to the next multiple of element_group after `end`, elements may be read and
+///                   written
 void tangent_pass(const TangentPass& pass, std::size_t begin, std::size_t end);
 
 namespace scalar {
