@@ -57,9 +57,16 @@ SweptQuery::SweptQuery(const Bodies& bodies)
 std::span<const SweptContact> SweptQuery::find(const parallel::Threads& threads, std::span<const Vec3> start,
                                                std::span<const Vec3> end, const PairFilter& filter,
                                                const SweptSettings& settings) {
-  const Step step{threads, start, end, filter, settings};
-  begin(step);
+  return find(threads, start, start, end, filter, settings);
+}
+
+std::span<const SweptContact> SweptQuery::find(const parallel::Threads& threads, std::span<const Vec3> start,
+                                               std::span<const Vec3> from, std::span<const Vec3> end,
+                                               const PairFilter& filter, const SweptSettings& settings) {
+  begin({threads, start, end, filter, settings});
   if (body_pairs_.empty()) return contacts_;
+  const Step step{threads, from, end, filter, settings};
+  if (from.data() != start.data()) extend_places(step);
   mark_clusters();
   find_cluster_pairs(step);
   counts_.cluster_pairs = pairs_.size();
@@ -95,6 +102,20 @@ void SweptQuery::sweep_clusters(const Step& step) {
     swept.places = grown(swept.places, step.settings.tolerance);
     clusters_[c] = swept;
   });
+}
+
+/// Extends the boxes of positions by other positions at the start of the step.
+void SweptQuery::extend_places(const Step& step) {
+  parallel::for_each(step.threads, clusters_.size(), cluster_grain, [&](std::size_t c) {
+    Box places;
+    for (const Index p : surface_.clusters.points_of(surface_.clusters.clusters[c]))
+      places.extend(at(step.start, p));
+    clusters_[c].places.extend(grown(places, step.settings.tolerance));
+  });
+  for (std::size_t b = 0; b < of_bodies_.size(); ++b) {
+    const Range& range = surface_.of_body[b];
+    for (Index c = range.begin; c < range.end; ++c) of_bodies_[b].places.extend(at(clusters_, c).places);
+  }
 }
 
 void SweptQuery::sweep_bodies() {

@@ -63,6 +63,12 @@ class SweptQuery {
                                      std::span<const Vec3> end, const PairFilter& filter,
                                      const SweptSettings& settings);
 
+  /// As find(), but the paths lead from other positions, `from`, to `end`. The relative motion by which pairs
+  /// are left out is still that from `start`.
+  std::span<const SweptContact> find(const parallel::Threads& threads, std::span<const Vec3> start,
+                                     std::span<const Vec3> from, std::span<const Vec3> end,
+                                     const PairFilter& filter, const SweptSettings& settings);
+
   /// Counts only the pairs of bodies that could pass. O(surface points + bodies log bodies + pairs).
   void count(const parallel::Threads& threads, std::span<const Vec3> start, std::span<const Vec3> end,
              const PairFilter& filter, const SweptSettings& settings);
@@ -86,6 +92,7 @@ class SweptQuery {
   };
   void begin(const Step& step);
   void sweep_clusters(const Step& step);
+  void extend_places(const Step& step);
   void sweep_bodies();
   void find_body_pairs(const Step& step);
   void mark_clusters();

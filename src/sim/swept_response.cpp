@@ -19,6 +19,11 @@ constexpr double margin_of_thickness = 0.02;
 /// step are enough.
 constexpr double deepest_point = 0.1;
 constexpr double deepest_edge = 0.02;
+/// Depth, relative to the least local thickness of the body, up to which contacts of the start of the step are
+/// separated for the search: their nearest exit is on the side from which they came.
+constexpr double most_separated = 0.25;
+/// Distance of separated contacts, in tolerances of a touch.
+constexpr double separation = 4.0;
 /// Tolerance (a cosine) for a direction that is outside the range of normals at an edge.
 constexpr double most_outside = 0.1;
 /// Upper bound of the first stiffness, relative to that of other contacts.
@@ -49,9 +54,13 @@ std::span<const StopOfPassing> SweptResponse::find(const parallel::Threads& thre
   stops_.clear();
   now_.clear();
   left_ = 0;
-  for (const SweptContact& contact : query_.find(threads, step.start, step.end, filter, settings()))
-    if (enters(contact, step)) add(contact, step, response);
-  if (query_.counts().body_pairs > 0) add_sinking(step, response, contacts);
+  query_.count(threads, step.start, step.end, filter, settings());
+  if (query_.counts().body_pairs == 0) return stops_;
+  const std::span<const Vec3> from = separated(step.start);
+  const PredictedStep path{from, step.end, step.velocities, step.time_step, step.contacts};
+  for (const SweptContact& contact : query_.find(threads, step.start, from, step.end, filter, settings()))
+    if (enters(contact, path)) add(contact, step, response);
+  add_sinking(step, response, contacts);
   const auto before = static_cast<std::ptrdiff_t>(stopped_.size());
   make_room(stopped_, stopped_.size() + now_.size());
   stopped_.insert(stopped_.end(), now_.begin(), now_.end());
@@ -107,17 +116,19 @@ bool SweptResponse::is_left_by(const SweptContact& contact, Index edge, const Ve
 /// almost zero: an edge that passes a little now starts the next step on the wrong side.
 /// \param beyond  distance beyond the touch, m
 /// \param thick   local thickness, m
+/// \param before  part of `beyond` that is older than the step, m: a pair that was deeper already may stay so
 bool SweptResponse::has_exit_back(const SweptContact& contact, const ContactTable& contacts, double beyond,
-                                  double thick) const {
+                                  double before, double thick) const {
+  const double deepest = std::max(deepest_point * thick, before + deepest_edge * thick);
   const auto leads = [&](Index point, Index body, const Vec3& back) {
     const Index row = contacts.find(point, body);
     return row >= 0 && dot(at(contacts.contacts().direction, row), back) > 0.0 &&
-           at(contacts.contacts().depth, row) <= deepest_point * thick;
+           at(contacts.contacts().depth, row) <= deepest;
   };
   const Vec3& back = contact.direction;
   if (contact.kind == SweptKind::point_triangle) {
     const Index body = bodies_.body_of(at(bodies_.triangles(), contact.second));
-    return beyond <= deepest_point * thick && leads(contact.first, body, back);
+    return beyond <= deepest && leads(contact.first, body, back);
   }
   const Edge& a = at(bodies_.edges(), contact.first);
   const Edge& b = at(bodies_.edges(), contact.second);
@@ -127,15 +138,15 @@ bool SweptResponse::has_exit_back(const SweptContact& contact, const ContactTabl
     for (auto row = static_cast<std::size_t>(first - edges.edge.begin());
          row < static_cast<std::size_t>(last - edges.edge.begin()); ++row) {
       if (edges.body[row] == body && dot(edges.direction[row], direction) > 0.0 &&
-          edges.depth[row] <= deepest_point * thick)
+          edges.depth[row] <= deepest)
         return true;
     }
     return false;
   };
-  if (beyond <= deepest_point * thick &&
+  if (beyond <= deepest &&
       (passes(contact.first, bodies_.body_of(b), back) || passes(contact.second, bodies_.body_of(a), -back)))
     return true;
-  if (beyond > deepest_edge * thick) return false;
+  if (beyond > before + deepest_edge * thick) return false;
   return leads(a[0], bodies_.body_of(b), back) || leads(a[1], bodies_.body_of(b), back) ||
          leads(b[0], bodies_.body_of(a), -back) || leads(b[1], bodies_.body_of(a), -back);
 }
@@ -180,7 +191,8 @@ void SweptResponse::add(const SweptContact& contact, const PredictedStep& step,
   const double thick = thickness(contact);
   const double margin = margin_of_thickness * thick;
   const double end = dot(contact.direction, fem::relative(coupling, step.end));
-  if (!(end < 0.0) || has_exit_back(contact, step.contacts, -end, thick)) return;
+  const double before = overlap_before(contact, coupling, step);
+  if (!(end < 0.0) || has_exit_back(contact, step.contacts, -end, before, thick)) return;
   const double gap = dot(contact.direction, fem::relative(coupling, step.start));
   add(key_of(contact),
       {coupling, contact.direction, std::max(gap, 0.0) - margin, margin - end, margin,
@@ -188,8 +200,14 @@ void SweptResponse::add(const SweptContact& contact, const PredictedStep& step,
       step.time_step, response);
 }
 
-void SweptResponse::begin_step(std::span<const Vec3> positions, const EdgeContacts& contacts) {
+void SweptResponse::begin_step(std::span<const Vec3> positions, const ContactTable& contacts) {
   stopped_.clear();
+  separated_.clear();
+  list_ends(positions, contacts.edges());
+  list_shifts(contacts);
+}
+
+void SweptResponse::list_ends(std::span<const Vec3> positions, const EdgeContacts& contacts) {
   start_ends_.clear();
   make_room(start_ends_, 2 * contacts.size());
   for (std::size_t c = 0; c < contacts.size(); ++c) {
@@ -209,6 +227,49 @@ void SweptResponse::begin_step(std::span<const Vec3> positions, const EdgeContac
       start.direction = contacts.direction[c];
     }
   }
+}
+
+/// Shifts of points and edges in shallow contact out of the body in which they are. The search finds only what
+/// touches after the start: a point that leaves a body and enters again through the same triangle would be
+/// found when it leaves, and edges of bodies that overlap already have no outside to come from.
+void SweptResponse::list_shifts(const ContactTable& contacts) {
+  shifts_.clear();
+  const Contacts& points = contacts.contacts();
+  const EdgeContacts& edges = contacts.edges();
+  make_room(shifts_, points.size() + 2 * edges.size());
+  const auto shift_of = [&](double depth, const Vec3& direction, Index body) {
+    const bool shallow = depth <= most_separated * at(query_.thickness().of_body, body);
+    return shallow ? (depth + separation * tolerance_) * direction : Vec3{};
+  };
+  for (std::size_t c = 0; c < points.size(); ++c) {
+    const Vec3 by = shift_of(points.depth[c], points.direction[c], points.body[c]);
+    if (by != Vec3{}) shifts_.push_back({points.point[c], by});
+  }
+  for (std::size_t c = 0; c < edges.size(); ++c) {
+    const Vec3 by = shift_of(edges.depth[c], edges.direction[c], edges.body[c]);
+    if (by == Vec3{}) continue;
+    for (const Index point : at(bodies_.edges(), edges.edge[c])) shifts_.push_back({point, by});
+  }
+}
+
+/// Positions at the start of the step at which contacts that are shallow do not overlap.
+std::span<const Vec3> SweptResponse::separated(std::span<const Vec3> start) {
+  if (shifts_.empty()) return start;
+  if (separated_.empty()) {
+    make_room(separated_, start.size());
+    separated_.assign(start.begin(), start.end());
+    for (const Shift& shift : shifts_) at(separated_, shift.point) += shift.by;
+  }
+  return separated_;
+}
+
+/// How deep a pair was already at the start of the step, m: only if its points were shifted out of a contact.
+double SweptResponse::overlap_before(const SweptContact& contact, const fem::Coupling& coupling,
+                                     const PredictedStep& step) const {
+  if (separated_.empty()) return 0.0;
+  const double start = dot(contact.direction, fem::relative(coupling, step.start));
+  const double shifted = dot(contact.direction, fem::relative(coupling, separated_));
+  return std::clamp(-start, 0.0, std::max(shifted - start, 0.0));
 }
 
 /// Adds the contacts of the start of the step that would deepen in this step by more than least_motion *

@@ -37,10 +37,10 @@ class SweptResponse {
  public:
   explicit SweptResponse(const Bodies& bodies);
 
-  /// Begins a step, in which nothing has been stopped yet. O(edge contacts).
+  /// Begins a step, in which nothing has been stopped yet. O(contacts + edge contacts).
   /// \param positions  at the start of the step (n_points x 3)
   /// \param contacts   at these positions
-  void begin_step(std::span<const Vec3> positions, const EdgeContacts& contacts);
+  void begin_step(std::span<const Vec3> positions, const ContactTable& contacts);
 
   /// Laws and couplings for the pairs that pass; empty if nothing ends on a wrong side. Valid until the next
   /// call. Time: SweptQuery::find(), and O(found log found).
@@ -77,7 +77,7 @@ class SweptResponse {
   [[nodiscard]] bool is_left_by(const SweptContact& contact, Index edge, const Vec3& direction,
                                 const PredictedStep& step) const;
   [[nodiscard]] bool has_exit_back(const SweptContact& contact, const ContactTable& contacts, double beyond,
-                                   double thick) const;
+                                   double before, double thick) const;
   [[nodiscard]] fem::Coupling coupling_of(const SweptContact& contact) const;
   [[nodiscard]] double thickness(const SweptContact& contact) const;
   void add(const SweptContact& contact, const PredictedStep& step, const ContactResponse& response);
@@ -86,6 +86,12 @@ class SweptResponse {
   void add_sinking(const Key& key, const fem::Coupling& coupling, const Vec3& direction, bool of_edge,
                    const PredictedStep& step, const ContactResponse& response);
   void add(const Key& key, const Passing& passing, double time_step, const ContactResponse& response);
+  void list_ends(std::span<const Vec3> positions, const EdgeContacts& contacts);
+  void list_shifts(const ContactTable& contacts);
+  void add_shift(Index point, const Vec3& shift);
+  [[nodiscard]] std::span<const Vec3> separated(std::span<const Vec3> start);
+  [[nodiscard]] double overlap_before(const SweptContact& contact, const fem::Coupling& coupling,
+                                      const PredictedStep& step) const;
   [[nodiscard]] SweptSettings settings() const { return {.tolerance = tolerance_}; }
 
   const Bodies& bodies_;
@@ -98,6 +104,13 @@ class SweptResponse {
     Vec3 direction;
   };
   std::vector<StartEnd> start_ends_;
+  /// Displacement of a point that separates the bodies where they overlap little at the start of the step.
+  struct Shift {
+    Index point;
+    Vec3 by;
+  };
+  std::vector<Shift> shifts_;
+  std::vector<Vec3> separated_;  ///< positions at the start of the step with shifts
   std::vector<Key> stopped_;  ///< ascending
   std::vector<Key> now_;      ///< scratch
   std::vector<StopOfPassing> stops_;

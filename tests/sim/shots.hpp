@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <gtest/gtest.h>
 #include <string>
@@ -95,8 +96,13 @@ class Core {
     for (const Vec3& p : points_) box.extend(p);
     return box;
   }
-  /// Whether an edge of one crosses the surface of the other at the set positions.
-  [[nodiscard]] bool crosses(const Core& other) const { return pierces(other) || other.pierces(*this); }
+  /// Places where an edge of one crosses the surface of the other at the set positions.
+  [[nodiscard]] std::vector<Vec3> crossings(const Core& other) const {
+    std::vector<Vec3> places;
+    pierce(other, places);
+    other.pierce(*this, places);
+    return places;
+  }
 
  private:
   struct Place {
@@ -111,7 +117,7 @@ class Core {
     }
     return {b.tets.begin, {0.25, 0.25, 0.25, 0.25}};
   }
-  [[nodiscard]] bool pierces(const Core& other) const {
+  void pierce(const Core& other, std::vector<Vec3>& places) const {
     const Box whole = other.box();
     for (const Triangle& t : triangles_) {
       for (std::size_t c = 0; c < 3; ++c) {
@@ -121,13 +127,17 @@ class Core {
         edge.extend(a);
         edge.extend(b);
         if (t[c] > t[(c + 1) % 3] || !edge.overlaps(whole)) continue;
-        for (const Triangle& o : other.triangles_)
-          if (segment_meets_triangle(a, b, at(other.points_, o[0]), at(other.points_, o[1]),
-                                     at(other.points_, o[2])))
-            return true;
+        for (const Triangle& o : other.triangles_) {
+          const std::array<Vec3, 3> x{at(other.points_, o[0]), at(other.points_, o[1]),
+                                      at(other.points_, o[2])};
+          if (!segment_meets_triangle(a, b, x[0], x[1], x[2])) continue;
+          const Vec3 normal = cross(x[1] - x[0], x[2] - x[0]);
+          const double height = dot(normal, a - x[0]);
+          const double change = height - dot(normal, b - x[0]);
+          places.push_back(a + (change != 0.0 ? std::clamp(height / change, 0.0, 1.0) : 0.5) * (b - a));
+        }
       }
     }
-    return false;
   }
 
   const Bodies& bodies_;
@@ -135,6 +145,28 @@ class Core {
   std::vector<Triangle> triangles_;
   std::vector<Vec3> points_;
 };
+
+/// Whether the surface of a body encloses a place at a time between two positions: its winding number there
+/// (sum of the solid angles of its triangles) is not zero. Where tissue is turned inside out it may lie
+/// outside of the surface.
+inline bool encloses(const Bodies& bodies, Index body, std::span<const Vec3> start, std::span<const Vec3> end,
+                     double time, const Vec3& place) {
+  constexpr double pi = 3.14159265358979323846;
+  const Range& triangles = at(bodies.bodies(), body).triangles;
+  double angles = 0.0;
+  for (Index t = triangles.begin; t < triangles.end; ++t) {
+    std::array<Vec3, 3> x;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Index p = at(bodies.triangles(), t)[i];
+      x[i] = at(start, p) + time * (at(end, p) - at(start, p)) - place;
+    }
+    const std::array<double, 3> l{length(x[0]), length(x[1]), length(x[2])};
+    angles += 2.0 * std::atan2(dot(x[0], cross(x[1], x[2])), l[0] * l[1] * l[2] + dot(x[0], x[1]) * l[2] +
+                                                                 dot(x[1], x[2]) * l[0] +
+                                                                 dot(x[2], x[0]) * l[1]);
+  }
+  return std::abs(angles) > 2.0 * pi;
+}
 
 /// A random shot: projectile, target and speed.
 struct Shot {
@@ -186,6 +218,7 @@ struct ShotResult {
   bool went_through = false;
   bool creeps =
       false;  ///< it went through in steps too slow for the swept search: edge contacts must stop it
+  bool leaves_its_body = false;  ///< a core crossed another outside of one of the bodies: not a pass
   bool blew_up = false;  ///< faster than five times the speed of the shot: not caused by a hit
   int through_step = 0;
   std::int64_t stopped = 0;
@@ -193,8 +226,9 @@ struct ShotResult {
   int most_solves = 0;
 };
 
-/// Whether the cores of the bodies ever cross. A step is sampled so often that relative motion between two
-/// samples is at most a tenth of a thickness.
+/// Whether the cores of the bodies ever cross at a place that both bodies enclose. (In a body that is crushed or
+/// folded sharply, parts of the core lie outside of the body's surface.) A step is sampled so often that
+/// relative motion between two samples is at most a tenth of a thickness.
 inline ShotResult shoot(const Shot& shot, bool continuous) {
   SimulationSettings settings;
   settings.time_step = shot_step;
@@ -229,7 +263,12 @@ inline ShotResult shoot(const Shot& shot, bool continuous) {
     for (int i = 1; i <= checks && !result.went_through; ++i) {
       for (Core& core : cores) core.put(start, simulation.positions(), static_cast<double>(i) / checks);
       if (!cores[0].box().overlaps(cores[1].box())) continue;
-      result.went_through = cores[0].crosses(cores[1]);
+      for (const Vec3& place : cores[0].crossings(cores[1])) {
+        const auto enclosed = [&](Index body) {
+          return encloses(bodies, body, start, simulation.positions(), static_cast<double>(i) / checks, place);
+        };
+        (enclosed(0) && enclosed(1) ? result.went_through : result.leaves_its_body) = true;
+      }
       result.creeps = result.went_through && m.pairs_that_could_pass == 0;
       result.through_step = step + 1;
     }
