@@ -19,11 +19,12 @@ constexpr double margin_of_thickness = 0.02;
 /// step are enough.
 constexpr double deepest_point = 0.1;
 constexpr double deepest_edge = 0.02;
-/// Depth, relative to the least local thickness of the body, up to which contacts of the start of the step are
-/// separated for the search: their nearest exit is on the side from which they came.
+/// Depth, relative to the least local thickness of the body, up to which contacts of the start of the step
+/// are separated for the search: their nearest exit is on the side from which they came.
 constexpr double most_separated = 0.25;
-/// Distance of separated contacts, in tolerances of a touch.
-constexpr double separation = 4.0;
+/// Length of the displacement that separates them, relative to the depth: the direction may be oblique to the
+/// surface.
+constexpr double separation = 1.5;
 /// Tolerance (a cosine) for a direction that is outside the range of normals at an edge.
 constexpr double most_outside = 0.1;
 /// Upper bound of the first stiffness, relative to that of other contacts.
@@ -31,6 +32,9 @@ constexpr double most_first_stiffness = 100.0;
 /// How often a pair is stopped in a step at most. Each stop is ten times as stiff as the one before; more
 /// would exceed double precision.
 constexpr std::ptrdiff_t most_stops = 6;
+/// Cosine of the angle up to which a stop repeats an earlier one. The primitives may rotate from one solve to
+/// the next; then the earlier law did not fail, but acts in another direction.
+constexpr double same_direction = 0.9;
 
 double mean_edge(const Bodies& bodies) {
   return bodies.edges().empty() ? 0.0 : mesh_statistics(bodies, bodies.points_rest()).edge_length.mean;
@@ -59,13 +63,14 @@ std::span<const StopOfPassing> SweptResponse::find(const parallel::Threads& thre
   const std::span<const Vec3> from = separated(step.start);
   const PredictedStep path{from, step.end, step.velocities, step.time_step, step.contacts};
   for (const SweptContact& contact : query_.find(threads, step.start, from, step.end, filter, settings()))
-    if (enters(contact, path)) add(contact, step, response);
+    if (enters(contact, path)) add(contact, path, step.start, response);
   add_sinking(step, response, contacts);
   const auto before = static_cast<std::ptrdiff_t>(stopped_.size());
   make_room(stopped_, stopped_.size() + now_.size());
   stopped_.insert(stopped_.end(), now_.begin(), now_.end());
-  std::sort(stopped_.begin() + before, stopped_.end());
-  std::inplace_merge(stopped_.begin(), stopped_.begin() + before, stopped_.end());
+  const auto by_key = [](const Stopped& a, const Stopped& b) { return a.key < b.key; };
+  std::stable_sort(stopped_.begin() + before, stopped_.end(), by_key);
+  std::inplace_merge(stopped_.begin(), stopped_.begin() + before, stopped_.end(), by_key);
   return stops_;
 }
 
@@ -114,18 +119,18 @@ bool SweptResponse::is_left_by(const SweptContact& contact, Index edge, const Ve
 
 /// Whether a contact at the end of the step pushes back to the side of entry. It must be shallow, for edges
 /// almost zero: an edge that passes a little now starts the next step on the wrong side.
+/// \param back    direction of the side of entry at the end of the step
 /// \param beyond  distance beyond the touch, m
 /// \param thick   local thickness, m
 /// \param before  part of `beyond` that is older than the step, m: a pair that was deeper already may stay so
-bool SweptResponse::has_exit_back(const SweptContact& contact, const ContactTable& contacts, double beyond,
-                                  double before, double thick) const {
+bool SweptResponse::has_exit_back(const SweptContact& contact, const Vec3& back, const ContactTable& contacts,
+                                  double beyond, double before, double thick) const {
   const double deepest = std::max(deepest_point * thick, before + deepest_edge * thick);
-  const auto leads = [&](Index point, Index body, const Vec3& back) {
+  const auto leads = [&](Index point, Index body, const Vec3& direction) {
     const Index row = contacts.find(point, body);
-    return row >= 0 && dot(at(contacts.contacts().direction, row), back) > 0.0 &&
+    return row >= 0 && dot(at(contacts.contacts().direction, row), direction) > 0.0 &&
            at(contacts.contacts().depth, row) <= deepest;
   };
-  const Vec3& back = contact.direction;
   if (contact.kind == SweptKind::point_triangle) {
     const Index body = bodies_.body_of(at(bodies_.triangles(), contact.second));
     return beyond <= deepest && leads(contact.first, body, back);
@@ -185,18 +190,45 @@ double SweptResponse::thickness(const SweptContact& contact) const {
   return least;
 }
 
-void SweptResponse::add(const SweptContact& contact, const PredictedStep& step,
+/// The direction of a touch at the end of the step: it rotates with the triangle, or with a triangle of the
+/// second edge. Where a body rotates by a large angle within a step, the plane of the touch says nothing
+/// about its sides at the end.
+Vec3 SweptResponse::direction_at_end(const SweptContact& contact, const PredictedStep& step) const {
+  Index triangle = contact.second;
+  if (contact.kind == SweptKind::edge_edge) {
+    const auto& sides = at(bodies_.edge_triangles(), contact.second);
+    triangle = sides[0] >= 0 ? sides[0] : sides[1];
+  }
+  const Triangle& corners = at(bodies_.triangles(), triangle);
+  const auto axes = [&](double time) {
+    std::array<Vec3, 3> x;
+    for (std::size_t i = 0; i < 3; ++i) x[i] = place(step, corners[i], time);
+    const Vec3 along = normalized(x[1] - x[0]);
+    const Vec3 normal = normalized(area_vector(x));
+    return std::array<Vec3, 3>{along, cross(normal, along), normal};
+  };
+  const std::array<Vec3, 3> then = axes(contact.time);
+  const std::array<Vec3, 3> end = axes(1.0);
+  if (then[2] == Vec3{} || end[2] == Vec3{}) return contact.direction;
+  Vec3 rotated;
+  for (std::size_t i = 0; i < 3; ++i) rotated += dot(contact.direction, then[i]) * end[i];
+  return normalized(rotated);
+}
+
+/// \param step   whose paths begin where bodies do not overlap
+/// \param start  positions at the start of the step
+void SweptResponse::add(const SweptContact& contact, const PredictedStep& step, std::span<const Vec3> start,
                         const ContactResponse& response) {
   const fem::Coupling coupling = coupling_of(contact);
   const double thick = thickness(contact);
   const double margin = margin_of_thickness * thick;
-  const double end = dot(contact.direction, fem::relative(coupling, step.end));
-  const double before = overlap_before(contact, coupling, step);
-  if (!(end < 0.0) || has_exit_back(contact, step.contacts, -end, before, thick)) return;
-  const double gap = dot(contact.direction, fem::relative(coupling, step.start));
+  const Vec3 direction = direction_at_end(contact, step);
+  const double end = dot(direction, fem::relative(coupling, step.end));
+  const double before = overlap_before(contact, coupling, start);
+  if (!(end < 0.0) || has_exit_back(contact, direction, step.contacts, -end, before, thick)) return;
+  const double gap = dot(direction, fem::relative(coupling, start)) + before;
   add(key_of(contact),
-      {coupling, contact.direction, std::max(gap, 0.0) - margin, margin - end, margin,
-       contact.kind == SweptKind::edge_edge},
+      {coupling, direction, gap - margin, margin - end, margin, contact.kind == SweptKind::edge_edge},
       step.time_step, response);
 }
 
@@ -229,17 +261,18 @@ void SweptResponse::list_ends(std::span<const Vec3> positions, const EdgeContact
   }
 }
 
-/// Shifts of points and edges in shallow contact out of the body in which they are. The search finds only what
-/// touches after the start: a point that leaves a body and enters again through the same triangle would be
-/// found when it leaves, and edges of bodies that overlap already have no outside to come from.
+/// Shifts of points and edges in shallow contact out of the body in which they are. The search finds only
+/// what touches after the start: a point that leaves a body and enters again through the same triangle would
+/// be found when it leaves, and edges of bodies that overlap already have no outside to come from.
 void SweptResponse::list_shifts(const ContactTable& contacts) {
   shifts_.clear();
   const Contacts& points = contacts.contacts();
   const EdgeContacts& edges = contacts.edges();
   make_room(shifts_, points.size() + 2 * edges.size());
   const auto shift_of = [&](double depth, const Vec3& direction, Index body) {
-    const bool shallow = depth <= most_separated * at(query_.thickness().of_body, body);
-    return shallow ? (depth + separation * tolerance_) * direction : Vec3{};
+    const double thick = at(query_.thickness().of_body, body);
+    if (depth > most_separated * thick) return Vec3{};
+    return (separation * depth + margin_of_thickness * thick) * direction;
   };
   for (std::size_t c = 0; c < points.size(); ++c) {
     const Vec3 by = shift_of(points.depth[c], points.direction[c], points.body[c]);
@@ -265,11 +298,11 @@ std::span<const Vec3> SweptResponse::separated(std::span<const Vec3> start) {
 
 /// How deep a pair was already at the start of the step, m: only if its points were shifted out of a contact.
 double SweptResponse::overlap_before(const SweptContact& contact, const fem::Coupling& coupling,
-                                     const PredictedStep& step) const {
+                                     std::span<const Vec3> start) const {
   if (separated_.empty()) return 0.0;
-  const double start = dot(contact.direction, fem::relative(coupling, step.start));
+  const double distance = dot(contact.direction, fem::relative(coupling, start));
   const double shifted = dot(contact.direction, fem::relative(coupling, separated_));
-  return std::clamp(-start, 0.0, std::max(shifted - start, 0.0));
+  return std::clamp(-distance, 0.0, std::max(shifted - distance, 0.0));
 }
 
 /// Adds the contacts of the start of the step that would deepen in this step by more than least_motion *
@@ -297,14 +330,21 @@ void SweptResponse::add_sinking(const Key& key, const fem::Coupling& coupling, c
       response);
 }
 
+/// How often a pair was stopped in this step in about this direction.
+std::ptrdiff_t SweptResponse::times_stopped(const Key& key, const Vec3& direction) const {
+  const auto stops = std::ranges::equal_range(stopped_, key, {}, &Stopped::key);
+  return std::ranges::count_if(
+      stops, [&](const Stopped& stop) { return dot(stop.direction, direction) > same_direction; });
+}
+
 /// Adds a law whose stiffness stops the mass of its points within the margin; times ten for each time that
 /// the pair was stopped before in this step.
 void SweptResponse::add(const Key& key, const Passing& passing, double time_step,
                         const ContactResponse& response) {
-  const auto [first, last] = std::equal_range(stopped_.begin(), stopped_.end(), key);
+  const std::ptrdiff_t before = times_stopped(key, passing.direction);
   const double mass = response.reduced_mass(passing.coupling);
   if (mass == 0.0) return;  // all its points are prescribed
-  if (last - first >= most_stops) {
+  if (before >= most_stops) {
     ++left_;
     return;
   }
@@ -313,10 +353,10 @@ void SweptResponse::add(const Key& key, const Passing& passing, double time_step
                                           at(bodies_.body_of_point(), points[passing.of_edge ? 2 : 1]));
   const double force = mass * passing.beyond / (time_step * time_step);
   double stiffness = std::clamp(force / passing.margin, usual, most_first_stiffness * usual);
-  for (auto time = first; time != last; ++time) stiffness *= 10.0;
+  for (std::ptrdiff_t time = 0; time < before; ++time) stiffness *= 10.0;
   make_room(stops_, stops_.size() + 1);
   make_room(now_, now_.size() + 1);
-  now_.push_back(key);
+  now_.push_back({key, passing.direction});
   StopOfPassing& stop = stops_.emplace_back();
   stop.law.stiffness = stiffness;
   stop.law.depth = -passing.gap;

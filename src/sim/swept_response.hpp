@@ -63,6 +63,10 @@ class SweptResponse {
     Index second;  ///< body of a point, or the other edge; negative: an end of an edge contact
     friend auto operator<=>(const Key&, const Key&) = default;
   };
+  struct Stopped {
+    Key key;
+    Vec3 direction;
+  };
   /// A pair to keep apart, with direction and distances.
   struct Passing {
     const fem::Coupling& coupling;
@@ -76,22 +80,26 @@ class SweptResponse {
   [[nodiscard]] bool enters(const SweptContact& contact, const PredictedStep& step) const;
   [[nodiscard]] bool is_left_by(const SweptContact& contact, Index edge, const Vec3& direction,
                                 const PredictedStep& step) const;
-  [[nodiscard]] bool has_exit_back(const SweptContact& contact, const ContactTable& contacts, double beyond,
-                                   double before, double thick) const;
+  [[nodiscard]] Vec3 direction_at_end(const SweptContact& contact, const PredictedStep& step) const;
+  [[nodiscard]] bool has_exit_back(const SweptContact& contact, const Vec3& back,
+                                   const ContactTable& contacts, double beyond, double before,
+                                   double thick) const;
   [[nodiscard]] fem::Coupling coupling_of(const SweptContact& contact) const;
   [[nodiscard]] double thickness(const SweptContact& contact) const;
-  void add(const SweptContact& contact, const PredictedStep& step, const ContactResponse& response);
+  void add(const SweptContact& contact, const PredictedStep& step, std::span<const Vec3> start,
+           const ContactResponse& response);
   void add_sinking(const PredictedStep& step, const ContactResponse& response,
                    std::span<const fem::Coupling> contacts);
   void add_sinking(const Key& key, const fem::Coupling& coupling, const Vec3& direction, bool of_edge,
                    const PredictedStep& step, const ContactResponse& response);
+  [[nodiscard]] std::ptrdiff_t times_stopped(const Key& key, const Vec3& direction) const;
   void add(const Key& key, const Passing& passing, double time_step, const ContactResponse& response);
   void list_ends(std::span<const Vec3> positions, const EdgeContacts& contacts);
   void list_shifts(const ContactTable& contacts);
   void add_shift(Index point, const Vec3& shift);
   [[nodiscard]] std::span<const Vec3> separated(std::span<const Vec3> start);
   [[nodiscard]] double overlap_before(const SweptContact& contact, const fem::Coupling& coupling,
-                                      const PredictedStep& step) const;
+                                      std::span<const Vec3> start) const;
   [[nodiscard]] SweptSettings settings() const { return {.tolerance = tolerance_}; }
 
   const Bodies& bodies_;
@@ -110,9 +118,9 @@ class SweptResponse {
     Vec3 by;
   };
   std::vector<Shift> shifts_;
-  std::vector<Vec3> separated_;  ///< positions at the start of the step with shifts
-  std::vector<Key> stopped_;  ///< ascending
-  std::vector<Key> now_;      ///< scratch
+  std::vector<Vec3> separated_;   ///< positions at the start of the step with shifts
+  std::vector<Stopped> stopped_;  ///< ascending by key
+  std::vector<Stopped> now_;      ///< scratch
   std::vector<StopOfPassing> stops_;
   std::int64_t left_ = 0;
 };

@@ -161,9 +161,9 @@ inline bool encloses(const Bodies& bodies, Index body, std::span<const Vec3> sta
       x[i] = at(start, p) + time * (at(end, p) - at(start, p)) - place;
     }
     const std::array<double, 3> l{length(x[0]), length(x[1]), length(x[2])};
-    angles += 2.0 * std::atan2(dot(x[0], cross(x[1], x[2])), l[0] * l[1] * l[2] + dot(x[0], x[1]) * l[2] +
-                                                                 dot(x[1], x[2]) * l[0] +
-                                                                 dot(x[2], x[0]) * l[1]);
+    angles +=
+        2.0 * std::atan2(dot(x[0], cross(x[1], x[2])), l[0] * l[1] * l[2] + dot(x[0], x[1]) * l[2] +
+                                                           dot(x[1], x[2]) * l[0] + dot(x[2], x[0]) * l[1]);
   }
   return std::abs(angles) > 2.0 * pi;
 }
@@ -219,16 +219,17 @@ struct ShotResult {
   bool creeps =
       false;  ///< it went through in steps too slow for the swept search: edge contacts must stop it
   bool leaves_its_body = false;  ///< a core crossed another outside of one of the bodies: not a pass
-  bool blew_up = false;  ///< faster than five times the speed of the shot: not caused by a hit
+  bool blew_up = false;          ///< faster than five times the speed of the shot: not caused by a hit
   int through_step = 0;
   std::int64_t stopped = 0;
   std::int64_t passes = 0;
   int most_solves = 0;
 };
 
-/// Whether the cores of the bodies ever cross at a place that both bodies enclose. (In a body that is crushed or
-/// folded sharply, parts of the core lie outside of the body's surface.) A step is sampled so often that
-/// relative motion between two samples is at most a tenth of a thickness.
+/// Whether the cores of the bodies ever cross at a place that both bodies enclose, also if it is displaced by
+/// 5 % of a thickness. (In a body that is crushed or folded sharply, parts of the core lie at the surface or
+/// outside of it.) A step is sampled so often that relative motion between two samples is at most a tenth of
+/// a thickness.
 inline ShotResult shoot(const Shot& shot, bool continuous) {
   SimulationSettings settings;
   settings.time_step = shot_step;
@@ -265,7 +266,14 @@ inline ShotResult shoot(const Shot& shot, bool continuous) {
       if (!cores[0].box().overlaps(cores[1].box())) continue;
       for (const Vec3& place : cores[0].crossings(cores[1])) {
         const auto enclosed = [&](Index body) {
-          return encloses(bodies, body, start, simulation.positions(), static_cast<double>(i) / checks, place);
+          const double d = 0.05 * thin;
+          for (const Vec3& by : {Vec3{d, 0, 0}, Vec3{-d, 0, 0}, Vec3{0, d, 0}, Vec3{0, -d, 0}, Vec3{0, 0, d},
+                                 Vec3{0, 0, -d}}) {
+            if (!encloses(bodies, body, start, simulation.positions(), static_cast<double>(i) / checks,
+                          place + by))
+              return false;
+          }
+          return true;
         };
         (enclosed(0) && enclosed(1) ? result.went_through : result.leaves_its_body) = true;
       }
