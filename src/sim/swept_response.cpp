@@ -35,6 +35,8 @@ constexpr std::ptrdiff_t most_stops = 6;
 /// Cosine of the angle up to which a stop repeats an earlier one. The primitives may rotate from one solve to
 /// the next; then the earlier law did not fail, but acts in another direction.
 constexpr double same_direction = 0.9;
+/// Sine of the angle between two edges below which they count as parallel.
+constexpr double least_sine = 0.1;
 
 double mean_edge(const Bodies& bodies) {
   return bodies.edges().empty() ? 0.0 : mesh_statistics(bodies, bodies.points_rest()).edge_length.mean;
@@ -190,16 +192,16 @@ double SweptResponse::thickness(const SweptContact& contact) const {
   return least;
 }
 
-/// The direction of a touch at the end of the step: it rotates with the triangle, or with a triangle of the
-/// second edge. Where a body rotates by a large angle within a step, the plane of the touch says nothing
-/// about its sides at the end.
+/// The direction of a touch at the end of the step. Where a body rotates by a large angle within a step, the
+/// plane of the touch says nothing about its sides at the end.
 Vec3 SweptResponse::direction_at_end(const SweptContact& contact, const PredictedStep& step) const {
-  Index triangle = contact.second;
-  if (contact.kind == SweptKind::edge_edge) {
-    const auto& sides = at(bodies_.edge_triangles(), contact.second);
-    triangle = sides[0] >= 0 ? sides[0] : sides[1];
-  }
-  const Triangle& corners = at(bodies_.triangles(), triangle);
+  return contact.kind == SweptKind::edge_edge ? across_edges_at_end(contact, step)
+                                              : on_triangle_at_end(contact, step);
+}
+
+/// The direction rotates with the triangle.
+Vec3 SweptResponse::on_triangle_at_end(const SweptContact& contact, const PredictedStep& step) const {
+  const Triangle& corners = at(bodies_.triangles(), contact.second);
   const auto axes = [&](double time) {
     std::array<Vec3, 3> x;
     for (std::size_t i = 0; i < 3; ++i) x[i] = place(step, corners[i], time);
@@ -215,6 +217,24 @@ Vec3 SweptResponse::direction_at_end(const SweptContact& contact, const Predicte
   return normalized(rotated);
 }
 
+/// The direction stays orthogonal to both edges. If it is not, or if they are almost parallel, it does not
+/// change.
+Vec3 SweptResponse::across_edges_at_end(const SweptContact& contact, const PredictedStep& step) const {
+  const auto across = [&](double time) {
+    const auto along = [&](Index edge) {
+      const Edge& ends = at(bodies_.edges(), edge);
+      return normalized(place(step, ends[1], time) - place(step, ends[0], time));
+    };
+    return cross(along(contact.first), along(contact.second));
+  };
+  const Vec3 then = across(contact.time);
+  const Vec3 end = across(1.0);
+  const double cosine = dot(contact.direction, normalized(then));
+  if (std::min(length(then), length(end)) < least_sine || std::abs(cosine) < same_direction)
+    return contact.direction;
+  return normalized(cosine < 0.0 ? -end : end);
+}
+
 /// \param step   whose paths begin where bodies do not overlap
 /// \param start  positions at the start of the step
 void SweptResponse::add(const SweptContact& contact, const PredictedStep& step, std::span<const Vec3> start,
@@ -222,11 +242,16 @@ void SweptResponse::add(const SweptContact& contact, const PredictedStep& step, 
   const fem::Coupling coupling = coupling_of(contact);
   const double thick = thickness(contact);
   const double margin = margin_of_thickness * thick;
-  const Vec3 direction = direction_at_end(contact, step);
-  const double end = dot(direction, fem::relative(coupling, step.end));
+  const Vec3 relative = fem::relative(coupling, step.end);
+  // What has gone through a body that rotates may be before the plane of entry again.
+  Vec3 direction = direction_at_end(contact, step);
+  if (dot(direction, relative) >= 0.0) direction = contact.direction;
+  const double end = dot(direction, relative);
   const double before = overlap_before(contact, coupling, start);
   if (!(end < 0.0) || has_exit_back(contact, direction, step.contacts, -end, before, thick)) return;
-  const double gap = dot(direction, fem::relative(coupling, start)) + before;
+  // A body that rotates ends elsewhere than its velocity leads to. With this gap the law is exact for the
+  // predicted step.
+  const double gap = end - step.time_step * dot(direction, fem::relative(coupling, step.velocities)) + before;
   add(key_of(contact),
       {coupling, direction, gap - margin, margin - end, margin, contact.kind == SweptKind::edge_edge},
       step.time_step, response);
@@ -322,12 +347,15 @@ void SweptResponse::add_sinking(const PredictedStep& step, const ContactResponse
 
 void SweptResponse::add_sinking(const Key& key, const fem::Coupling& coupling, const Vec3& direction,
                                 bool of_edge, const PredictedStep& step, const ContactResponse& response) {
-  const double deeper = -step.time_step * dot(direction, fem::relative(coupling, step.velocities));
+  const double motion =
+      dot(direction, fem::relative(coupling, step.end) - fem::relative(coupling, step.start));
+  const double by_velocity = step.time_step * dot(direction, fem::relative(coupling, step.velocities));
+  const double deeper = -motion;
   const double thickness =
       at(query_.thickness().of_body, at(bodies_.body_of_point(), coupling.points.back()));
   if (!(deeper > settings().least_motion * thickness)) return;
-  add(key, {coupling, direction, 0.0, deeper, margin_of_thickness * thickness, of_edge}, step.time_step,
-      response);
+  add(key, {coupling, direction, motion - by_velocity, deeper, margin_of_thickness * thickness, of_edge},
+      step.time_step, response);
 }
 
 /// How often a pair was stopped in this step in about this direction.

@@ -20,19 +20,22 @@ namespace palpate {
 struct PredictedStep {
   std::span<const Vec3> start;       ///< (n_points x 3), m
   std::span<const Vec3> end;         ///< (n_points x 3), m
-  std::span<const Vec3> velocities;  ///< (n_points x 3), m/s; of implicit Euler (end - start) / time_step
+  std::span<const Vec3> velocities;  ///< (n_points x 3), m/s; of a body that rotates not (end - start) / time_step
   double time_step = 0.0;            ///< s
   const ContactTable& contacts;      ///< at `end`
 };
 
 /// Stops points and edges that would pass through another body within a step and end on the wrong side.
 ///
+/// The paths begin where the bodies do not overlap: points and edges in shallow contact are displaced out of
+/// the body for the search.
+///
 /// A pair from SweptQuery is relevant if it enters a body from outside (the direction is within the range of
-/// normals there) and ends on the other side. If a contact at the end of the step pushes it back to the side
-/// of entry, that contact suffices. All others get a law that keeps them apart: without damping and without
-/// memory of friction, like the speculative contacts of ContactResponse. Its stiffness stops the mass of
-/// their points within a fiftieth of the local thickness; it is multiplied by ten each time that they still
-/// pass.
+/// normals there) and ends on the other side. The direction rotates with the primitives until the end of the
+/// step. If a contact at the end of the step pushes it back to the side of entry, that contact suffices. All
+/// others get a law that keeps them apart: without damping and without memory of friction, like the
+/// speculative contacts of ContactResponse. Its stiffness stops the mass of their points within a fiftieth of
+/// the local thickness; it is multiplied by ten each time that they still pass in about this direction.
 class SweptResponse {
  public:
   explicit SweptResponse(const Bodies& bodies);
@@ -80,6 +83,8 @@ class SweptResponse {
   [[nodiscard]] bool enters(const SweptContact& contact, const PredictedStep& step) const;
   [[nodiscard]] bool is_left_by(const SweptContact& contact, Index edge, const Vec3& direction,
                                 const PredictedStep& step) const;
+  [[nodiscard]] Vec3 on_triangle_at_end(const SweptContact& contact, const PredictedStep& step) const;
+  [[nodiscard]] Vec3 across_edges_at_end(const SweptContact& contact, const PredictedStep& step) const;
   [[nodiscard]] Vec3 direction_at_end(const SweptContact& contact, const PredictedStep& step) const;
   [[nodiscard]] bool has_exit_back(const SweptContact& contact, const Vec3& back,
                                    const ContactTable& contacts, double beyond, double before,

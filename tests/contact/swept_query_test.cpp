@@ -145,6 +145,25 @@ TEST(SweptQuery, FindsWhatAllPairsFind) {
   EXPECT_GT(touches, 500U);
 }
 
+TEST(SweptQuery, FindsWhatPathsFromOtherPositionsTouch) {
+  std::size_t touches = 0;
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    Scene scene = random_scene(seed);
+    Random random(seed);
+    const std::vector<Vec3> start = scene.start;
+    for (Vec3& p : scene.start) p += random.point(-0.3, 0.3);
+    SweptQuery query(scene.bodies);
+    std::set<Key> found;
+    for (const SweptContact& c : query.find(parallel::Threads(1), start, scene.start, scene.end,
+                                            scene.filter(), {.tolerance = tolerance, .least_motion = -1.0}))
+      found.emplace(c.kind, c.first, c.second);
+    const std::set<Key> expected = all_pairs(scene);
+    EXPECT_EQ(found, expected) << "seed " << seed;
+    touches += found.size();
+  }
+  EXPECT_GT(touches, 200U);
+}
+
 /// A plate and many balls: several chunks of clusters and of their pairs.
 Scene balls_over_plate() {
   Scene scene;

@@ -89,6 +89,25 @@ TEST(Swept, NoShotGoesThroughWhereEdgesJustTouched) {
   }
 }
 
+// In these shots bodies overlap a little at the start of a step: a point leaves and enters again through the
+// same triangle, or edges slide over each other until one body is inside the other.
+TEST(Swept, NoShotGoesThroughWhereBodiesTouchAtTheStart) {
+  for (const std::uint64_t seed : {1001220U, 1006531U, 2005677U, 2007091U}) {
+    const test::Shot shot = test::random_shot(seed);
+    EXPECT_FALSE(test::shoot(shot, true).went_through) << shot.name;
+  }
+}
+
+// In these shots bodies rotate so fast that the plane of a touch lies on another side at the end of the step.
+TEST(Swept, NoShotGoesThroughOrBlowsUpWhereBodiesRotateFast) {
+  for (const std::uint64_t seed : {2001265U, 2002003U, 2002078U, 2002757U, 2003276U, 2003290U, 2008445U}) {
+    const test::Shot shot = test::random_shot(seed);
+    const test::ShotResult result = test::shoot(shot, true);
+    EXPECT_FALSE(result.went_through) << shot.name;
+    EXPECT_FALSE(result.blew_up) << shot.name;
+  }
+}
+
 TEST(Swept, NoShotGoesThrough) {
   const test::Shots shots = test::shoot_all(0, 300);
   EXPECT_EQ(shots.through, 0);
