@@ -63,10 +63,9 @@ std::span<const SweptContact> SweptQuery::find(const parallel::Threads& threads,
 std::span<const SweptContact> SweptQuery::find(const parallel::Threads& threads, std::span<const Vec3> start,
                                                std::span<const Vec3> from, std::span<const Vec3> end,
                                                const PairFilter& filter, const SweptSettings& settings) {
-  begin({threads, start, end, filter, settings});
+  begin({threads, start, end, filter, settings}, from);
   if (body_pairs_.empty()) return contacts_;
   const Step step{threads, from, end, filter, settings};
-  if (from.data() != start.data()) extend_places(step);
   mark_clusters();
   find_cluster_pairs(step);
   counts_.cluster_pairs = pairs_.size();
@@ -76,13 +75,15 @@ std::span<const SweptContact> SweptQuery::find(const parallel::Threads& threads,
 
 void SweptQuery::count(const parallel::Threads& threads, std::span<const Vec3> start,
                        std::span<const Vec3> end, const PairFilter& filter, const SweptSettings& settings) {
-  begin({threads, start, end, filter, settings});
+  begin({threads, start, end, filter, settings}, start);
 }
 
-void SweptQuery::begin(const Step& step) {
+/// \param from  where the paths begin
+void SweptQuery::begin(const Step& step, std::span<const Vec3> from) {
   counts_ = {};
   contacts_.clear();
   sweep_clusters(step);
+  if (from.data() != step.start.data()) extend_places(step, from);
   sweep_bodies();
   find_body_pairs(step);
   counts_.body_pairs = body_pairs_.size();
@@ -105,17 +106,13 @@ void SweptQuery::sweep_clusters(const Step& step) {
 }
 
 /// Extends the boxes of positions by other positions at the start of the step.
-void SweptQuery::extend_places(const Step& step) {
+void SweptQuery::extend_places(const Step& step, std::span<const Vec3> from) {
   parallel::for_each(step.threads, clusters_.size(), cluster_grain, [&](std::size_t c) {
     Box places;
     for (const Index p : surface_.clusters.points_of(surface_.clusters.clusters[c]))
-      places.extend(at(step.start, p));
+      places.extend(at(from, p));
     clusters_[c].places.extend(grown(places, step.settings.tolerance));
   });
-  for (std::size_t b = 0; b < of_bodies_.size(); ++b) {
-    const Range& range = surface_.of_body[b];
-    for (Index c = range.begin; c < range.end; ++c) of_bodies_[b].places.extend(at(clusters_, c).places);
-  }
 }
 
 void SweptQuery::sweep_bodies() {

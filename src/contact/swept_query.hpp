@@ -90,9 +90,9 @@ class SweptQuery {
     const PairFilter& filter;
     const SweptSettings& settings;
   };
-  void begin(const Step& step);
+  void begin(const Step& step, std::span<const Vec3> from);
   void sweep_clusters(const Step& step);
-  void extend_places(const Step& step);
+  void extend_places(const Step& step, std::span<const Vec3> from);
   void sweep_bodies();
   void find_body_pairs(const Step& step);
   void mark_clusters();

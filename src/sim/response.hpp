@@ -108,6 +108,9 @@ class ContactResponse {
   /// step. They are no contacts and are not kept for the next step. O(stops).
   void add_stops(std::span<const StopOfPassing> stops, std::vector<fem::Coupling>& couplings);
 
+  /// Changes the gap of a law of add_stops(), m.
+  void set_gap(std::size_t contact, double gap) { laws_[contact].depth = -gap; }
+
   /// Laws of the contacts of the step, in the order of their couplings.
   [[nodiscard]] std::span<const fem::ContactLaw> laws() const { return laws_; }
   [[nodiscard]] double friction() const { return settings_.friction; }

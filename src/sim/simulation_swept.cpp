@@ -28,7 +28,7 @@ bool Simulation::State::stop_passes() {
   const bool solves_again = can_predict() && metrics.solves < most_solves(true);
   metrics.passes = swept.left() + (solves_again ? 0 : std::ssize(stops));
   if (stops.empty() || !solves_again) return false;
-  response.add_stops(stops, couplings);
+  swept.stop(predicted(), response, couplings);
   metrics.stopped_passes += std::ssize(stops);
   return true;
 }

@@ -58,6 +58,7 @@ std::span<const StopOfPassing> SweptResponse::find(const parallel::Threads& thre
                                                    const ContactResponse& response,
                                                    std::span<const fem::Coupling> contacts) {
   stops_.clear();
+  nearest_.clear();
   now_.clear();
   left_ = 0;
   query_.count(threads, step.start, step.end, filter, settings());
@@ -249,16 +250,14 @@ void SweptResponse::add(const SweptContact& contact, const PredictedStep& step, 
   const double end = dot(direction, relative);
   const double before = overlap_before(contact, coupling, start);
   if (!(end < 0.0) || has_exit_back(contact, direction, step.contacts, -end, before, thick)) return;
-  // A body that rotates ends elsewhere than its velocity leads to. With this gap the law is exact for the
-  // predicted step.
-  const double gap = end - step.time_step * dot(direction, fem::relative(coupling, step.velocities)) + before;
   add(key_of(contact),
-      {coupling, direction, gap - margin, margin - end, margin, contact.kind == SweptKind::edge_edge},
-      step.time_step, response);
+      {coupling, direction, margin - before, margin - end, margin, contact.kind == SweptKind::edge_edge},
+      step, response);
 }
 
 void SweptResponse::begin_step(std::span<const Vec3> positions, const ContactTable& contacts) {
   stopped_.clear();
+  acting_.clear();
   separated_.clear();
   list_ends(positions, contacts.edges());
   list_shifts(contacts);
@@ -347,15 +346,12 @@ void SweptResponse::add_sinking(const PredictedStep& step, const ContactResponse
 
 void SweptResponse::add_sinking(const Key& key, const fem::Coupling& coupling, const Vec3& direction,
                                 bool of_edge, const PredictedStep& step, const ContactResponse& response) {
-  const double motion =
-      dot(direction, fem::relative(coupling, step.end) - fem::relative(coupling, step.start));
-  const double by_velocity = step.time_step * dot(direction, fem::relative(coupling, step.velocities));
-  const double deeper = -motion;
+  const double before = dot(direction, fem::relative(coupling, step.start));
+  const double deeper = before - dot(direction, fem::relative(coupling, step.end));
   const double thickness =
       at(query_.thickness().of_body, at(bodies_.body_of_point(), coupling.points.back()));
   if (!(deeper > settings().least_motion * thickness)) return;
-  add(key, {coupling, direction, motion - by_velocity, deeper, margin_of_thickness * thickness, of_edge},
-      step.time_step, response);
+  add(key, {coupling, direction, before, deeper, margin_of_thickness * thickness, of_edge}, step, response);
 }
 
 /// How often a pair was stopped in this step in about this direction.
@@ -367,7 +363,7 @@ std::ptrdiff_t SweptResponse::times_stopped(const Key& key, const Vec3& directio
 
 /// Adds a law whose stiffness stops the mass of its points within the margin; times ten for each time that
 /// the pair was stopped before in this step.
-void SweptResponse::add(const Key& key, const Passing& passing, double time_step,
+void SweptResponse::add(const Key& key, const Passing& passing, const PredictedStep& step,
                         const ContactResponse& response) {
   const std::ptrdiff_t before = times_stopped(key, passing.direction);
   const double mass = response.reduced_mass(passing.coupling);
@@ -379,7 +375,7 @@ void SweptResponse::add(const Key& key, const Passing& passing, double time_step
   const auto& points = passing.coupling.points;
   const double usual = response.stiffness(at(bodies_.body_of_point(), points[0]),
                                           at(bodies_.body_of_point(), points[passing.of_edge ? 2 : 1]));
-  const double force = mass * passing.beyond / (time_step * time_step);
+  const double force = mass * passing.beyond / (step.time_step * step.time_step);
   double stiffness = std::clamp(force / passing.margin, usual, most_first_stiffness * usual);
   for (std::ptrdiff_t time = 0; time < before; ++time) stiffness *= 10.0;
   make_room(stops_, stops_.size() + 1);
@@ -387,11 +383,30 @@ void SweptResponse::add(const Key& key, const Passing& passing, double time_step
   now_.push_back({key, passing.direction});
   StopOfPassing& stop = stops_.emplace_back();
   stop.law.stiffness = stiffness;
-  stop.law.depth = -passing.gap;
   stop.law.direction = passing.direction;
   stop.of_edge = passing.of_edge;
   stop.coupling.points = passing.coupling.points;
   stop.coupling.coefficients = passing.coupling.coefficients;
+  stop.law.depth = -gap_of(stop, passing.nearest, step);
+  make_room(nearest_, stops_.size());
+  nearest_.push_back(passing.nearest);
+}
+
+/// The gap with which a law is exact at the predicted positions: a body that rotates ends elsewhere than its
+/// velocity leads to.
+double SweptResponse::gap_of(const StopOfPassing& stop, double nearest, const PredictedStep& step) {
+  return dot(stop.law.direction, fem::relative(stop.coupling, step.end) -
+                                     step.time_step * fem::relative(stop.coupling, step.velocities)) -
+         nearest;
+}
+
+void SweptResponse::stop(const PredictedStep& step, ContactResponse& response,
+                         std::vector<fem::Coupling>& couplings) {
+  for (const Acting& one : acting_) response.set_gap(one.law, gap_of(one.stop, one.nearest, step));
+  make_room(acting_, acting_.size() + stops_.size());
+  for (std::size_t i = 0; i < stops_.size(); ++i)
+    acting_.push_back({response.laws().size() + i, stops_[i], nearest_[i]});
+  response.add_stops(stops_, couplings);
 }
 
 }  // namespace palpate

@@ -20,7 +20,7 @@ namespace palpate {
 struct PredictedStep {
   std::span<const Vec3> start;       ///< (n_points x 3), m
   std::span<const Vec3> end;         ///< (n_points x 3), m
-  std::span<const Vec3> velocities;  ///< (n_points x 3), m/s; of a body that rotates not (end - start) / time_step
+  std::span<const Vec3> velocities;  ///< (n_points x 3), m/s; not (end - start) / time_step if a body rotates
   double time_step = 0.0;            ///< s
   const ContactTable& contacts;      ///< at `end`
 };
@@ -51,6 +51,9 @@ class SweptResponse {
   std::span<const StopOfPassing> find(const parallel::Threads& threads, const PredictedStep& step,
                                       const PairFilter& filter, const ContactResponse& response,
                                       std::span<const fem::Coupling> contacts);
+  /// Makes the pairs of the last find() act, and those that were stopped before in this step agree with the
+  /// same predicted step. O(stops of the step).
+  void stop(const PredictedStep& step, ContactResponse& response, std::vector<fem::Coupling>& couplings);
   /// Number of pairs of the last find() that still pass after most_stops.
   [[nodiscard]] std::int64_t left() const { return left_; }
   /// Counts pairs of bodies that could pass, without a search; see counts().
@@ -74,10 +77,10 @@ class SweptResponse {
   struct Passing {
     const fem::Coupling& coupling;
     const Vec3& direction;
-    double gap;     ///< allowed approach before the stop, m
-    double beyond;  ///< predicted motion beyond the allowed approach, m
-    double margin;  ///< distance within which it must be stopped, m
-    bool of_edge;   ///< the first two points of the coupling are an edge
+    double nearest;  ///< distance at the end of the step at which the law has no force, m
+    double beyond;   ///< predicted motion beyond the allowed approach, m
+    double margin;   ///< distance within which it must be stopped, m
+    bool of_edge;    ///< the first two points of the coupling are an edge
   };
   [[nodiscard]] Key key_of(const SweptContact& contact) const;
   [[nodiscard]] bool enters(const SweptContact& contact, const PredictedStep& step) const;
@@ -98,13 +101,15 @@ class SweptResponse {
   void add_sinking(const Key& key, const fem::Coupling& coupling, const Vec3& direction, bool of_edge,
                    const PredictedStep& step, const ContactResponse& response);
   [[nodiscard]] std::ptrdiff_t times_stopped(const Key& key, const Vec3& direction) const;
-  void add(const Key& key, const Passing& passing, double time_step, const ContactResponse& response);
+  void add(const Key& key, const Passing& passing, const PredictedStep& step,
+           const ContactResponse& response);
   void list_ends(std::span<const Vec3> positions, const EdgeContacts& contacts);
   void list_shifts(const ContactTable& contacts);
   void add_shift(Index point, const Vec3& shift);
   [[nodiscard]] std::span<const Vec3> separated(std::span<const Vec3> start);
   [[nodiscard]] double overlap_before(const SweptContact& contact, const fem::Coupling& coupling,
                                       std::span<const Vec3> start) const;
+  [[nodiscard]] static double gap_of(const StopOfPassing& stop, double nearest, const PredictedStep& step);
   [[nodiscard]] SweptSettings settings() const { return {.tolerance = tolerance_}; }
 
   const Bodies& bodies_;
@@ -127,6 +132,15 @@ class SweptResponse {
   std::vector<Stopped> stopped_;  ///< ascending by key
   std::vector<Stopped> now_;      ///< scratch
   std::vector<StopOfPassing> stops_;
+  std::vector<double>
+      nearest_;  ///< (n_stops) distance at the end of the step at which each law has no force, m
+  /// A law of a stop in this step.
+  struct Acting {
+    std::size_t law;  ///< its index in the response
+    StopOfPassing stop;
+    double nearest;  ///< as in nearest_
+  };
+  std::vector<Acting> acting_;
   std::int64_t left_ = 0;
 };
 
