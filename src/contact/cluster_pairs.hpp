@@ -15,7 +15,7 @@ namespace palpate {
 /// Two bodies, or two clusters.
 using IndexPair = std::pair<Index, Index>;
 
-/// Two bodies whose clusters are wanted.
+/// Two bodies whose clusters are wanted, or twice the same body.
 struct FacingBodies {
   IndexPair bodies;
   Box common;           ///< the common part of both boxes, each grown by the margin
@@ -24,7 +24,8 @@ struct FacingBodies {
 };
 
 /// Finds the surface clusters of two bodies whose boxes are within a margin of each other: those near the
-/// other body by a sweep along the longest axis of the common part of both bodies' boxes.
+/// other body by a sweep along the longest axis of the common part of both bodies' boxes. For a body and
+/// itself, these are all such clusters of it, each cluster and itself included.
 class ClusterPairs {
  public:
   /// Clusters of the two bodies of a pair.

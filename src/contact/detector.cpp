@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <functional>
 #include <string>
 #include <utility>
 
@@ -31,7 +33,9 @@ Detector::State::State(const Bodies& b, const DetectionSettings& settings,
     budget =
         std::make_unique<DetectionBudget>(settings, b.bodies().size(), *points->queue(), *edges->queue());
   }
-  if (wants_edge_contacts && b.body_count() > 1) edge_contacts = std::make_unique<EdgeContactQuery>(b);
+  const bool meets_itself = std::ranges::any_of(frame.may_touch().self_collision, std::identity{});
+  if (wants_edge_contacts && (b.body_count() > 1 || meets_itself))
+    edge_contacts = std::make_unique<EdgeContactQuery>(b);
 }
 
 void Detector::State::update(std::span<const Vec3> positions, bool alone) {

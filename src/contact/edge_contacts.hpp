@@ -11,11 +11,14 @@
 
 namespace palpate {
 
-/// Finds the edge contacts among bodies, and their depths (docs/edges.md).
+/// Finds the edge contacts among bodies, and of bodies with themselves, and their depths (docs/edges.md).
 ///
 /// A part of an edge that is inside a body, with both ends of the edge outside, leaves by the shortest of
 /// three exits: across itself, over the silhouette of the surface through which it enters or leaves, or back
 /// along itself, until one end is at its entry.
+///
+/// A part is between an entry and the last exit before the next entry. If an edge only touches another body,
+/// this is a contact, too. In its own body, only parts count.
 class EdgeContactQuery {
  public:
   explicit EdgeContactQuery(const Bodies& bodies);

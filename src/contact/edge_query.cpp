@@ -7,6 +7,7 @@
 #include <numeric>
 #include <utility>
 
+#include "contact/layers.hpp"
 #include "contact/rim_falloff.hpp"
 #include "geometry/predicates.hpp"
 #include "geometry/triangle.hpp"
@@ -92,7 +93,8 @@ double EdgeQuery::follow(const parallel::Threads& threads, std::span<const Vec3>
   return size;
 }
 
-/// Finds pairs of bodies whose boxes meet and that may touch; existing pairs keep their lists.
+/// Finds pairs of bodies whose boxes meet and that may touch, and bodies that may touch themselves; existing
+/// pairs keep their lists.
 void EdgeQuery::pair_bodies(const Frame& frame) {
   body_order_.clear();
   make_room(body_order_, bodies_.size());
@@ -103,6 +105,10 @@ void EdgeQuery::pair_bodies(const Frame& frame) {
   for (std::size_t i = 0; i < body_order_.size(); ++i) {
     const Index a = body_order_[i].second;
     const Box& box = at(bodies_, a).box;
+    if (frame.may_touch.itself(a)) {
+      make_room(body_pairs_, body_pairs_.size() + 1);
+      body_pairs_.emplace_back(a, a);
+    }
     for (std::size_t j = i + 1; j < body_order_.size() && body_order_[j].first <= box.upper.x; ++j) {
       const Index b = body_order_[j].second;
       if (!box.overlaps(at(bodies_, b).box) || !frame.may_touch.bodies(a, b)) continue;
@@ -214,6 +220,15 @@ Index EdgeQuery::edge_of(const IndexPair& clusters, const NearEdge& near) const 
   return at(surface_.edges.values, at(surface_.edges.begin, cluster) + near.place);
 }
 
+/// Whether an edge meets a triangle of its own body only because tissue there is inverted or flat.
+bool EdgeQuery::is_folded(const Frame& frame, const Edge& ends, Index triangle) {
+  if (frame.bodies.body_of(ends) != frame.bodies.body_of(at(frame.bodies.triangles(), triangle)))
+    return false;
+  const Index tet = at(frame.bodies.triangle_tets(), triangle);
+  return std::ranges::any_of(ends,
+                             [&](Index end) { return is_fold(frame.bodies, frame.positions, end, tet); });
+}
+
 /// The cluster of the triangles near an edge.
 const Cluster& EdgeQuery::faced_by(const IndexPair& clusters, const NearEdge& near) const {
   return at(surface_.clusters.clusters, near.side == 0 ? clusters.second : clusters.first);
@@ -227,7 +242,9 @@ void EdgeQuery::test_exactly(const Frame& frame, const IndexPair& clusters, cons
   for (std::uint32_t left = near.touching; left != 0; left &= left - 1) {
     const Index triangle = triangles[static_cast<std::size_t>(std::countr_zero(left))];
     const std::array<Vec3, 3> x = corners_of(frame.positions, at(frame.bodies.triangles(), triangle));
-    if (segment_meets_triangle(at(frame.positions, ends[0]), at(frame.positions, ends[1]), x[0], x[1], x[2]))
+    if (segment_meets_triangle(at(frame.positions, ends[0]), at(frame.positions, ends[1]), x[0], x[1],
+                               x[2]) &&
+        !is_folded(frame, ends, triangle))
       found.push_back({edge, triangle});
   }
 }

@@ -17,14 +17,15 @@
 
 namespace palpate {
 
-/// A surface edge and a surface triangle of another body.
+/// A surface edge, and a surface triangle that has no common point with it in the mesh.
 struct EdgeTriangle {
   Index edge;
   Index triangle;
 };
 
-/// Finds the surface edges that meet the surface of another body although neither end is in contact with it:
-/// exactly those, by the predicate of crossings.
+/// Finds the surface edges that meet the surface of a body although neither end is in contact with it:
+/// exactly those, by the predicate of crossings. The body is another one, or with self-collision the edge's
+/// own; then an edge and a triangle that share a point do not count, nor do folds (layers.hpp).
 ///
 /// Where two bodies move little against each other, edges and their near triangles are listed once, with a
 /// margin for later detections. The list is valid until the relative motion of the bodies exceeds the margin.
@@ -84,6 +85,7 @@ class EdgeQuery {
                   std::vector<EdgeTriangle>& found) const;
   [[nodiscard]] Index edge_of(const IndexPair& clusters, const NearEdge& near) const;
   [[nodiscard]] const Cluster& faced_by(const IndexPair& clusters, const NearEdge& near) const;
+  [[nodiscard]] static bool is_folded(const Frame& frame, const Edge& ends, Index triangle);
   void test_exactly(const Frame& frame, const IndexPair& clusters, const NearEdge& near,
                     std::vector<EdgeTriangle>& found) const;
 
@@ -96,11 +98,12 @@ class EdgeQuery {
   std::vector<Box> motions_;       ///< (n_clusters) Motion::motion
   std::vector<Motion> bodies_;
   std::vector<std::pair<double, Index>> body_order_;  ///< sorted by lower x
-  std::vector<NearPair> pairs_;         ///< whose boxes meet and that may touch, the lower body first, sorted
-  std::vector<NearPair> next_;          ///< scratch
-  std::vector<IndexPair> body_pairs_;   ///< whose boxes meet
-  std::vector<std::size_t> begin_;      ///< (n_pairs + 1) of their groups, one after the other
-  std::vector<FacingBodies> unlisted_;  ///< pairs without a valid list
+  /// Whose boxes meet and that may touch, the lower body first, sorted. A body may be paired with itself.
+  std::vector<NearPair> pairs_;
+  std::vector<NearPair> next_;                   ///< scratch
+  std::vector<IndexPair> body_pairs_;            ///< those of pairs_
+  std::vector<std::size_t> begin_;               ///< (n_pairs + 1) of their groups, one after the other
+  std::vector<FacingBodies> unlisted_;           ///< pairs without a valid list
   std::span<const ClusterPairs::Found> facing_;  ///< their clusters
   std::vector<std::size_t> fresh_begin_;         ///< (n_facing + 1) of their near edges
   parallel::ChunkedList<NearEdge> near_lists_;
