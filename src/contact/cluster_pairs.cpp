@@ -51,9 +51,9 @@ void ClusterPairs::sweep(std::size_t begin, std::size_t end, std::span<const Box
   }
 }
 
-std::span<const ClusterPairs::Found> ClusterPairs::find(const parallel::Threads& threads,
-                                                        std::span<const Box> boxes,
-                                                        std::span<const FacingBodies> pairs) {
+std::span<ClusterPairs::Found> ClusterPairs::find(const parallel::Threads& threads,
+                                                  std::span<const Box> boxes,
+                                                  std::span<const FacingBodies> pairs) {
   active_.clear();
   for (std::size_t i = 0; i < pairs.size(); ++i) choose_clusters(boxes, pairs[i], static_cast<Index>(i));
   lists_.fill(threads, active_.size(), grain,

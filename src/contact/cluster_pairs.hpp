@@ -40,8 +40,8 @@ class ClusterPairs {
   /// O(clusters of the bodies + n log n + pairs that meet along the axis), n clusters near the other body;
   /// parallel.
   /// \param boxes  (n_clusters)
-  std::span<const Found> find(const parallel::Threads& threads, std::span<const Box> boxes,
-                              std::span<const FacingBodies> pairs);
+  std::span<Found> find(const parallel::Threads& threads, std::span<const Box> boxes,
+                        std::span<const FacingBodies> pairs);
 
  private:
   /// A cluster near the other body of a pair.

@@ -64,7 +64,8 @@ void Detector::State::find_crossings() {
   crossings.set(frame.threads(), bodies, frame.positions(), border, edges->found());
   if (!edge_contacts) return;
   edge_contacts->find(frame.threads(), bodies, frame.positions(), frame.may_touch(), tables.now(),
-                      tables.now().edges());
+                      tables.now().edges(), budget ? budget->edges_deadline() : Deadline{});
+  if (budget) budget->end_edges(edge_contacts->work());
 }
 
 void Detector::State::find_depths() {

@@ -105,8 +105,8 @@ void EdgeContactQuery::add_rows(const Bodies& bodies, std::span<const Vec3> posi
 
 void EdgeContactQuery::find(const parallel::Threads& threads, const Bodies& bodies,
                             std::span<const Vec3> positions, const PairFilter& may_touch,
-                            const ContactTable& contacts, EdgeContacts& found) {
-  query_.find(threads, bodies, positions, may_touch, contacts);
+                            const ContactTable& contacts, EdgeContacts& found, const Deadline& deadline) {
+  query_.find(threads, bodies, positions, may_touch, contacts, deadline);
   // Reserves room for edge contacts that replace contacts of points where bodies tremble, so that only the
   // first steps allocate.
   const std::size_t spare = contacts.size();

@@ -24,10 +24,14 @@ class EdgeContactQuery {
   explicit EdgeContactQuery(const Bodies& bodies);
 
   /// \param contacts  of the same positions
+  /// \param deadline  the search ends then; edge contacts that it has found are completed
   ///
   /// O(of EdgeQuery + edge contacts x triangles nearer to each than its depth), parallel.
   void find(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
-            const PairFilter& may_touch, const ContactTable& contacts, EdgeContacts& found);
+            const PairFilter& may_touch, const ContactTable& contacts, EdgeContacts& found,
+            const Deadline& deadline = {});
+  /// What the search left out after the deadline.
+  [[nodiscard]] const EdgeWork& work() const { return query_.work(); }
 
  private:
   /// A crossing of an edge and a triangle.

@@ -45,11 +45,11 @@ void SilhouetteSearch::look_at(const Bodies& bodies, std::span<const Vec3> posit
   for (std::size_t i = 0; i < 3; ++i) {
     const Index other = at(bodies.triangle_neighbors(), here.triangle)[i];
     if (other >= 0 && other == here.from) continue;
-    // A line of the same body: an exit to the surface at the edge itself is none.
-    if (other >= 0 && has_end(at(bodies.triangles(), other), line.ends)) continue;
     const auto place = [&](std::size_t k) { return across(at(positions, corners[k]) - line.x, line.d); };
     const LineExit exit = exit_over(place((i + 1) % 3), place((i + 2) % 3), place(i));
     if (exit.distance >= best.bound) continue;
+    // A line of the same body: an exit to the surface at the edge itself is none.
+    if (other >= 0 && has_end(at(bodies.triangles(), other), line.ends)) continue;
     const bool goes_on =
         other >= 0 && (dot(area_vector(positions, at(bodies.triangles(), other)), line.d) > 0.0) == ahead_;
     if (!goes_on) {

@@ -85,7 +85,7 @@ TEST(SelfEdgeResponse, WithoutSelfCollisionAPartFallsThrough) {
 Simulation sagging_arms(double gap, bool edge_contacts, int threads) {
   Model model;
   model.bodies.add("bar", test::crossed_arms(gap));
-  model.materials.assign(1, Material{.young_modulus = 1e5});
+  model.materials.assign(1, Material{.young_modulus = 4e5, .mass_damping = 5.0});
   model.fixed_points.assign(model.bodies.points_rest().size(), 0);
   for (std::size_t p = 0; p < model.fixed_points.size(); ++p) {
     const Vec3& x = model.bodies.points_rest()[p];
@@ -96,18 +96,25 @@ Simulation sagging_arms(double gap, bool edge_contacts, int threads) {
   return {std::move(model), settings, threads};
 }
 
-/// Height of the middle of the upper arm where it crosses the lower one.
-double height_of_crossing(const Simulation& simulation) {
-  double sum = 0.0;
+/// Centre of the section of the upper arm at `y` at rest.
+Vec3 section(const Simulation& simulation, double y) {
+  Vec3 sum;
   int points = 0;
   for (std::size_t p = 0; p < simulation.positions().size(); ++p) {
     const Vec3& rest = simulation.bodies().points_rest()[p];
-    if (std::abs(rest.y - 0.02) > 0.001 || rest.z < 0.01 || std::abs(rest.x) > 0.03) continue;
-    sum += simulation.positions()[p].z;
+    if (std::abs(rest.y - y) > 0.001 || std::abs(rest.x) > 0.03 || simulation.free_points()[p] == 0) continue;
+    sum += simulation.positions()[p];
     ++points;
   }
-  EXPECT_EQ(points, 4) << "one section";
-  return sum / points;
+  EXPECT_EQ(points, 4);
+  return (1.0 / points) * sum;
+}
+
+/// Height of the middle of the upper arm over the middle of the lower one.
+double height_of_crossing(const Simulation& simulation) {
+  const Vec3 a = section(simulation, 0.02);
+  const Vec3 b = section(simulation, -0.03);
+  return a.z + a.y / (a.y - b.y) * (b.z - a.z);
 }
 
 TEST(SelfEdgeResponse, AnArmThatSagsOntoTheOtherArmOfItsBarRests) {
@@ -117,7 +124,7 @@ TEST(SelfEdgeResponse, AnArmThatSagsOntoTheOtherArmOfItsBarRests) {
     with.step();
     without.step();
   }
-  EXPECT_NEAR(height_of_crossing(with), 0.02, 0.002);
+  EXPECT_NEAR(height_of_crossing(with), 0.02, 0.001);
   EXPECT_GT(with.detector().edge_contacts().size(), 1U);
   EXPECT_LT(with.metrics().largest_speed, 5e-3);
   EXPECT_LT(height_of_crossing(without), 0.01) << "contacts of points alone do not hold it";
@@ -145,7 +152,7 @@ TEST(SelfEdgeResponse, ForcesAddUpToZeroAndPushTheArmsApart) {
     momentum += simulation.point_masses()[p] * simulation.velocities()[p];
     largest = std::max(largest, simulation.point_masses()[p] * length(simulation.velocities()[p]));
   }
-  EXPECT_LT(length(momentum), 1e-3 * largest);
+  EXPECT_LT(length(momentum), 2e-2 * largest) << "the tolerance of the solver";
 }
 
 TEST(SelfEdgeResponse, ARunGoesOnFromASavedStateToTheBitWithAnyThreads) {

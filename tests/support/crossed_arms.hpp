@@ -20,7 +20,7 @@ inline TetMesh crossed_arms(double gap) {
   const double top = 2.0 * half_of_arm + gap;
   const std::array<Vec3, 5> corners{Vec3{-0.1, 0.0, 0.0}, Vec3{0.12, 0.0, 0.0}, Vec3{0.12, 0.12, 0.5 * top},
                                     Vec3{0.003, 0.12, top}, Vec3{0.003, -0.08, top}};
-  constexpr std::array cells{4, 3, 3, 4};
+  constexpr std::array cells{3, 3, 3, 4};
   std::vector<Vec3> line{corners[0]};
   for (std::size_t k = 0; k < cells.size(); ++k) {
     for (int i = 1; i <= cells[k]; ++i)
