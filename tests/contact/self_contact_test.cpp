@@ -5,6 +5,7 @@
 #include <map>
 #include <numbers>
 #include <tuple>
+#include <utility>
 
 #include <palpate/detection.hpp>
 #include <palpate/error.hpp>
@@ -31,14 +32,7 @@ constexpr std::array structures{Structure::uniform, Structure::compact, Structur
 /// One mesh of several, which share nothing.
 TetMesh joined(const std::vector<TetMesh>& parts) {
   TetMesh all;
-  for (const TetMesh& part : parts) {
-    const auto first = static_cast<Index>(all.points.size());
-    all.points.insert(all.points.end(), part.points.begin(), part.points.end());
-    for (Tet tet : part.tets) {
-      for (Index& corner : tet) corner += first;
-      all.tets.push_back(tet);
-    }
-  }
+  for (const TetMesh& part : parts) all = test::joined(std::move(all), part);
   return all;
 }
 

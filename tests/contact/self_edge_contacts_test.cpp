@@ -31,17 +31,6 @@ DetectionSettings of_itself(const Bodies& bodies) {
   return settings;
 }
 
-/// One mesh of two, which share nothing.
-TetMesh joined(TetMesh mesh, const TetMesh& other) {
-  const auto first = static_cast<Index>(mesh.points.size());
-  mesh.points.insert(mesh.points.end(), other.points.begin(), other.points.end());
-  for (Tet tet : other.tets) {
-    for (Index& corner : tet) corner += first;
-    mesh.tets.push_back(tet);
-  }
-  return mesh;
-}
-
 TEST(SelfEdgeContacts, OfTwoPartsOfABodyAreThoseOfTwoBodies) {
   std::size_t found = 0;
   for (std::uint64_t seed = 0; seed < 80; ++seed) {
@@ -56,7 +45,7 @@ TEST(SelfEdgeContacts, OfTwoPartsOfABodyAreThoseOfTwoBodies) {
     two.add("first", first);
     two.add("second", second);
     Bodies one;
-    one.add("both", joined(first, second));
+    one.add("both", test::joined(first, second));
     Detector expected(two, {}, {}, 1);
     expected.detect(two.points_rest());
     Detector detector(one, of_itself(one), {}, 1);

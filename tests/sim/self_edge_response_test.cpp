@@ -29,19 +29,12 @@ SimulationSettings settings_for(bool self_collision) {
 /// Two bars that cross, as two bodies or as two parts of one; all points of the lower one are fixed.
 Simulation crossed_bars(int cells, bool as_one, bool self_collision) {
   const Vec3 middle{0.003, 0.001, 0.03};
-  TetMesh lower = test::box_mesh({cells, 1, 1}, {-0.1, -0.01, -0.01}, {0.1, 0.01, 0.01});
+  const TetMesh lower = test::box_mesh({cells, 1, 1}, {-0.1, -0.01, -0.01}, {0.1, 0.01, 0.01});
   const TetMesh upper =
       test::box_mesh({1, cells, 1}, middle - Vec3{0.01, 0.1, 0.01}, middle + Vec3{0.01, 0.1, 0.01});
   Model model;
   const std::size_t fixed = lower.points.size();
-  if (as_one) {
-    lower.points.insert(lower.points.end(), upper.points.begin(), upper.points.end());
-    for (Tet tet : upper.tets) {
-      for (Index& corner : tet) corner += static_cast<Index>(fixed);
-      lower.tets.push_back(tet);
-    }
-  }
-  model.bodies.add("lower", lower);
+  model.bodies.add("lower", as_one ? test::joined(lower, upper) : lower);
   if (!as_one) model.bodies.add("upper", upper);
   model.materials.assign(as_one ? 1 : 2, Material{.young_modulus = 1e7});
   model.fixed_points.assign(model.bodies.points_rest().size(), 0);
@@ -75,6 +68,24 @@ TEST(SelfEdgeResponse, PartsThatCrossEdgeOnEdgeRestLikeTwoBodies) {
   }
 }
 
+/// Flush faces of one cell: all points are at rims.
+TEST(SelfEdgeResponse, ABoxOnABoxOfTheSameBodyRests) {
+  for (const double offset : {0.0, 1e-3, 5e-3}) {
+    const TetMesh low = test::box_mesh({1, 1, 1}, {-0.05, -0.05, -0.05}, {0.05, 0.05, 0.05});
+    TetMesh high = low;
+    for (Vec3& p : high.points) p += Vec3{offset, 0.5 * offset, 0.1005};
+    Model model;
+    model.bodies.add("both", test::joined(low, high));
+    model.materials.assign(1, Material{.young_modulus = 1e7});
+    model.fixed_points.assign(16, 0);
+    std::fill_n(model.fixed_points.begin(), 8, std::uint8_t{1});
+    Simulation simulation(std::move(model), settings_for(true), 2);
+    for (int step = 0; step < 100; ++step) simulation.step();
+    EXPECT_NEAR(middle_of_upper(simulation, 1).z, 0.1, 0.001) << offset;
+    EXPECT_LT(simulation.metrics().largest_speed, 5e-3);
+  }
+}
+
 TEST(SelfEdgeResponse, WithoutSelfCollisionAPartFallsThrough) {
   Simulation simulation = crossed_bars(1, true, false);
   for (int step = 0; step < 60; ++step) simulation.step();
@@ -85,7 +96,7 @@ TEST(SelfEdgeResponse, WithoutSelfCollisionAPartFallsThrough) {
 Simulation sagging_arms(double gap, bool edge_contacts, int threads) {
   Model model;
   model.bodies.add("bar", test::crossed_arms(gap));
-  model.materials.assign(1, Material{.young_modulus = 4e5, .mass_damping = 5.0});
+  model.materials.assign(1, Material{.young_modulus = 4e5, .mass_damping = 10.0});
   model.fixed_points.assign(model.bodies.points_rest().size(), 0);
   for (std::size_t p = 0; p < model.fixed_points.size(); ++p) {
     const Vec3& x = model.bodies.points_rest()[p];
@@ -124,7 +135,7 @@ TEST(SelfEdgeResponse, AnArmThatSagsOntoTheOtherArmOfItsBarRests) {
     with.step();
     without.step();
   }
-  EXPECT_NEAR(height_of_crossing(with), 0.02, 0.001);
+  EXPECT_NEAR(height_of_crossing(with), 0.021, 0.001) << "a little askew";
   EXPECT_GT(with.detector().edge_contacts().size(), 1U);
   EXPECT_LT(with.metrics().largest_speed, 5e-3);
   EXPECT_LT(height_of_crossing(without), 0.01) << "contacts of points alone do not hold it";
