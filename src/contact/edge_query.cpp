@@ -157,7 +157,9 @@ void EdgeQuery::list_again(const Frame& frame) {
                      FacingClusters facing(frame.facing);
                      for (std::size_t i = begin; i < end; ++i) {
                        const std::size_t before = found.size();
-                       list(frame, facing_[i], facing, found);
+                       const ClusterPairs::Found& pair = facing_[i];
+                       facing.face(pair.clusters.first, pair.clusters.second);
+                       facing.list(at(pairs_, pair.number).room, found);
                        fresh_begin_[i + 1] = found.size() - before;
                      }
                    });
@@ -165,22 +167,6 @@ void EdgeQuery::list_again(const Frame& frame) {
   std::partial_sum(fresh_begin_.begin(), fresh_begin_.end(), fresh_begin_.begin());
   near_lists_.make_even_room();
   near_lists_.join(near_);
-}
-
-/// Lists the near edges of two clusters.
-void EdgeQuery::list(const Frame& frame, const ClusterPairs::Found& pair, FacingClusters& facing,
-                     std::vector<NearEdge>& found) const {
-  const auto& [a, b] = pair.clusters;
-  facing.face(a, b);
-  const double room = at(pairs_, pair.number).room;
-  // Contacts of the next detections may be others, so a list that is kept has all edges.
-  const auto wanted = [&](std::size_t side, std::size_t place) {
-    if (room > 0.0) return true;
-    const Index body = at(surface_.clusters.clusters, side == 0 ? b : a).body;
-    const Index first = at(surface_.edges.begin, side == 0 ? a : b);
-    return !frame.has_end_in_contact(at(surface_.edges.values, first + static_cast<Index>(place)), body);
-  };
-  facing.list(room, wanted, found);
 }
 
 /// Gives pairs with a margin their lists.
@@ -239,9 +225,13 @@ void EdgeQuery::test_fresh(const Frame& frame) {
               [&](std::size_t begin, std::size_t end, std::vector<EdgeTriangle>& found) {
                 for (std::size_t i = begin; i < end; ++i) {
                   if (at(pairs_, facing_[i].number).room > 0.0) continue;
-                  for (std::size_t near = fresh_begin_[i]; near < fresh_begin_[i + 1]; ++near) {
-                    if (near_[near].touching != 0)
-                      test_exactly(frame, facing_[i].clusters, near_[near], found);
+                  const IndexPair& clusters = facing_[i].clusters;
+                  for (std::size_t n = fresh_begin_[i]; n < fresh_begin_[i + 1]; ++n) {
+                    const NearEdge& near = near_[n];
+                    if (near.touching == 0 ||
+                        frame.has_end_in_contact(edge_of(clusters, near), faced_by(clusters, near).body))
+                      continue;
+                    test_exactly(frame, clusters, near, found);
                   }
                 }
               });

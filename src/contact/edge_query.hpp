@@ -97,8 +97,6 @@ class EdgeQuery {
   void pair_bodies(const Frame& frame);
   void list_again(const Frame& frame);
   [[nodiscard]] double room_for(NearPair& pair) const;
-  void list(const Frame& frame, const ClusterPairs::Found& pair, FacingClusters& facing,
-            std::vector<NearEdge>& found) const;
   void take_lists();
   void test_fresh(const Frame& frame);
   void test_listed(const Frame& frame);
