@@ -30,25 +30,32 @@ void EdgeQuery::choose_tasks(const Frame& frame) {
   task_lists_.fill(
       frame.threads, begin_.back(), groups_of_chunk,
       [&](std::size_t begin, std::size_t end, std::vector<Task>& tasks) {
-        auto place = static_cast<std::size_t>(std::ranges::upper_bound(begin_, begin) - begin_.begin()) - 1;
-        for (std::size_t i = begin; i < end; ++i) {
-          while (i >= begin_[place + 1]) ++place;
-          NearPair& pair = pairs_[order_[place]];
-          std::size_t group = i - begin_[place] + pair.first;
-          if (group >= pair.groups.size()) group -= pair.groups.size();
-          choose(pair.groups[group], {order_[place], group, true}, tasks);
+        auto place = static_cast<std::size_t>(std::ranges::upper_bound(begin_, begin) - begin_.begin() - 1);
+        for (std::size_t from = begin; from < end; ++place) {
+          const std::size_t to = std::min(end, begin_[place + 1]);
+          choose(order_[place], {from - begin_[place], to - begin_[place]}, tasks);
+          from = to;
         }
       });
   task_lists_.make_even_room();
   task_lists_.join(tasks_);
 }
 
-void EdgeQuery::choose(Group& group, Task task, std::vector<Task>& tasks) const {
-  const auto& [a, b] = group.clusters;
-  group.validity.move(furthest(at(motions_, a), at(motions_, b)));
-  task.is_listed = group.validity.is_valid();
-  if (task.is_listed && group.validity.moved < static_cast<double>(group.apart)) return;
-  tasks.push_back(task);
+/// Moves some groups of a pair: those at `places` in the order of the search.
+void EdgeQuery::choose(std::size_t number, const std::pair<std::size_t, std::size_t>& places,
+                       std::vector<Task>& tasks) {
+  NearPair& pair = pairs_[number];
+  const bool is_own = pair.bodies.first == pair.bodies.second;
+  for (std::size_t place = places.first; place < places.second; ++place) {
+    const std::size_t i = place + pair.first < pair.groups.size() ? place + pair.first
+                                                                  : place + pair.first - pair.groups.size();
+    Group& group = pair.groups[i];
+    const auto& [a, b] = group.clusters;
+    group.validity.move(motions_.of_clusters(a, b, is_own));
+    const bool is_listed = group.validity.is_valid();
+    if (!is_listed || !(group.validity.moved < static_cast<double>(group.apart)))
+      tasks.push_back({number, i, is_listed});
+  }
 }
 
 /// Lists the near edges of groups that have no valid list.
@@ -81,7 +88,7 @@ void EdgeQuery::list(const NearPair& pair, Group& group, FacingClusters& facing,
   const auto& [a, b] = group.clusters;
   const std::size_t before = found.size();
   Validity& validity = group.validity;
-  const double between = gap(at(boxes_, a), at(boxes_, b));
+  const double between = gap(at(motions_.boxes(), a), at(motions_.boxes(), b));
   if (between > validity.usual) {
     validity.moved = 0.0;
     validity.room = between;

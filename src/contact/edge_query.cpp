@@ -11,8 +11,6 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t clusters_of_chunk = 64;
-
 /// The largest power of two that is not above a length; 1 for no length.
 double power_of_two(double size) {
   return size > 0.0 ? std::ldexp(1.0, std::ilogb(size)) : 1.0;
@@ -24,58 +22,28 @@ EdgeQuery::EdgeQuery(const Bodies& bodies)
     : surface_(bodies),
       blocks_(surface_, bodies),
       clusters_(surface_),
-      boxes_(surface_.clusters.clusters.size()),
-      motions_(boxes_.size()),
-      bodies_(bodies.bodies().size()) {
+      motions_(surface_, bodies.bodies().size()) {
   for (Index b = 0; b < bodies.body_count(); ++b) reach_.push_back(rim_reach(bodies, b));
-}
-
-/// Updates boxes and motions of clusters and bodies. Returns the size of the largest box.
-double EdgeQuery::follow(const parallel::Threads& threads, std::span<const Vec3> positions) {
-  if (last_.empty()) last_.assign(positions.begin(), positions.end());
-  const Clusters& clusters = surface_.clusters;
-  parallel::for_each(threads, boxes_.size(), clusters_of_chunk, [&](std::size_t c) {
-    Box box;
-    Box motion;
-    for (const Index p : clusters.points_of(clusters.clusters[c])) {
-      const Vec3& x = at(positions, p);
-      box.extend(x);
-      motion.extend(x - at(last_, p));
-    }
-    boxes_[c] = box;
-    motions_[c] = motion;
-  });
-  std::ranges::copy(positions, last_.begin());
-  std::ranges::fill(bodies_, Motion{});
-  double size = 0.0;
-  for (std::size_t c = 0; c < boxes_.size(); ++c) {
-    Motion& body = at(bodies_, clusters.clusters[c].body);
-    body.box.extend(boxes_[c]);
-    body.motion.extend(motions_[c]);
-    size = std::max(size, largest({{}, boxes_[c].upper - boxes_[c].lower}));
-  }
-  return size;
 }
 
 /// Finds pairs of bodies whose boxes meet and that may touch, and bodies that may touch themselves; existing
 /// pairs keep their lists.
 void EdgeQuery::pair_bodies(const Frame& frame) {
   body_order_.clear();
-  make_room(body_order_, bodies_.size());
-  for (std::size_t b = 0; b < bodies_.size(); ++b)
-    body_order_.emplace_back(bodies_[b].box.lower.x, static_cast<Index>(b));
+  make_room(body_order_, reach_.size());
+  for (Index b = 0; b < std::ssize(reach_); ++b) body_order_.emplace_back(motions_.box_of_body(b).lower.x, b);
   std::ranges::sort(body_order_);
   body_pairs_.clear();
   for (std::size_t i = 0; i < body_order_.size(); ++i) {
     const Index a = body_order_[i].second;
-    const Box& box = at(bodies_, a).box;
+    const Box& box = motions_.box_of_body(a);
     if (frame.may_touch.itself(a)) {
       make_room(body_pairs_, body_pairs_.size() + 1);
       body_pairs_.emplace_back(a, a);
     }
     for (std::size_t j = i + 1; j < body_order_.size() && body_order_[j].first <= box.upper.x; ++j) {
       const Index b = body_order_[j].second;
-      if (!box.overlaps(at(bodies_, b).box) || !frame.may_touch.bodies(a, b)) continue;
+      if (!box.overlaps(motions_.box_of_body(b)) || !frame.may_touch.bodies(a, b)) continue;
       make_room(body_pairs_, body_pairs_.size() + 1);
       body_pairs_.emplace_back(std::min(a, b), std::max(a, b));
     }
@@ -91,8 +59,7 @@ void EdgeQuery::pair_bodies(const Frame& frame) {
       next_.emplace_back().bodies = pair;
     }
     NearPair& now = next_.back();
-    const double last = furthest(at(bodies_, pair.first).motion, at(bodies_, pair.second).motion);
-    now.validity.move(last);
+    now.validity.move(motions_.of_bodies(pair.first, pair.second));
   }
   for (const NearPair& gone : pairs_)
     for (const Group& group : gone.groups) unused_ += group.size;
@@ -107,11 +74,11 @@ void EdgeQuery::pair_clusters(const Frame& frame) {
     NearPair& pair = pairs_[i];
     if (pair.validity.is_valid()) continue;
     const double room = pair.validity.renew(most_room(pair));
-    const Box common = common_part(grown(at(bodies_, pair.bodies.first).box, room),
-                                   grown(at(bodies_, pair.bodies.second).box, room));
+    const Box common = common_part(grown(motions_.box_of_body(pair.bodies.first), room),
+                                   grown(motions_.box_of_body(pair.bodies.second), room));
     unlisted_.push_back({pair.bodies, common, room, static_cast<Index>(i)});
   }
-  const std::span<ClusterPairs::Found> facing = clusters_.find(frame.threads, boxes_, unlisted_);
+  const std::span<ClusterPairs::Found> facing = clusters_.find(frame.threads, motions_.boxes(), unlisted_);
   std::size_t begin = 0;
   for (const FacingBodies& bodies : unlisted_) {
     std::size_t end = begin;
@@ -151,14 +118,15 @@ void EdgeQuery::find(const parallel::Threads& threads, const Bodies& bodies, std
   is_timed_ = deadline.exists();
   work_.all = work_.late = 0;
   work_.late_pairs.clear();
-  const double unit = power_of_two(follow(threads, positions));
+  motions_.follow(threads, positions, may_touch);
+  const double unit = power_of_two(motions_.largest_side());
   const Frame frame{threads,
                     bodies,
                     positions,
                     may_touch,
                     contacts,
                     deadline,
-                    {surface_, blocks_, positions, boxes_, unit}};
+                    {surface_, blocks_, positions, motions_.boxes(), unit}};
   pair_bodies(frame);
   order_pairs();
   pair_clusters(frame);

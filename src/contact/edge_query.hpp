@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <span>
 #include <utility>
@@ -8,13 +9,13 @@
 #include <palpate/detection.hpp>
 
 #include "contact/chunks_in_time.hpp"
+#include "contact/cluster_motions.hpp"
 #include "contact/cluster_pairs.hpp"
 #include "contact/contact_table.hpp"
 #include "contact/deadline.hpp"
 #include "contact/near_edges.hpp"
 #include "contact/pair_filter.hpp"
 #include "contact/surface_clusters.hpp"
-#include "geometry/box.hpp"
 #include "parallel/parallel.hpp"
 
 namespace palpate {
@@ -61,17 +62,16 @@ class EdgeQuery {
 
  private:
   struct Frame;
-  /// A body at a detection.
-  struct Motion {
-    Box box;     ///< of its points
-    Box motion;  ///< of their displacements since the last detection
-  };
   /// The relative motion of two bodies, or of two clusters, and what a list of them is valid for.
   struct Validity {
     double usual = 0.0;  ///< relative motion per detection: the last, or half of the one before, m
     double moved = 0.0;  ///< bound of the relative motion since it was listed, m
     double room = -1.0;  ///< relative motion for which the list is complete, m; negative: there is none
-    void move(double by);
+    void move(double by) {
+      constexpr double rounding = 1.0 + 1e-12;
+      usual = std::max(by, 0.5 * usual);
+      moved = rounding * (moved + by);
+    }
     [[nodiscard]] bool is_valid() const { return moved <= room; }
     /// Call before a new list: chooses its margin, and returns it.
     double renew(double most);
@@ -100,12 +100,12 @@ class EdgeQuery {
     std::size_t group;
     bool is_listed;  ///< its list is valid
   };
-  double follow(const parallel::Threads& threads, std::span<const Vec3> positions);
   void pair_bodies(const Frame& frame);
   void pair_clusters(const Frame& frame);
   void take_clusters(NearPair& pair, std::span<const ClusterPairs::Found> facing);
   void choose_tasks(const Frame& frame);
-  void choose(Group& group, Task task, std::vector<Task>& tasks) const;
+  void choose(std::size_t number, const std::pair<std::size_t, std::size_t>& places,
+              std::vector<Task>& tasks);
   void list_groups(const Frame& frame);
   void list(const NearPair& pair, Group& group, FacingClusters& facing, std::vector<NearEdge>& found) const;
   void take_lists();
@@ -128,10 +128,7 @@ class EdgeQuery {
   EdgeBlocks blocks_;
   ClusterPairs clusters_;
   std::vector<double> reach_;  ///< (n_bodies) rim_reach(), m
-  std::vector<Vec3> last_;     ///< (n_points) at the last detection; none before the first
-  std::vector<Box> boxes_;     ///< (n_clusters)
-  std::vector<Box> motions_;   ///< (n_clusters) Motion::motion
-  std::vector<Motion> bodies_;
+  ClusterMotions motions_;
   std::vector<std::pair<double, Index>> body_order_;  ///< sorted by lower x
   /// Whose boxes meet and that may touch, the lower body first, sorted. A body may be paired with itself.
   std::vector<NearPair> pairs_;

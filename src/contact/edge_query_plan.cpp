@@ -19,15 +19,8 @@ constexpr double fewest_detections = 3.0;
 constexpr double least_room = 1e-3;
 /// The largest margin of a list of clusters, over the sum of the reaches of both bodies.
 constexpr double room_of_clusters = 2.0;
-/// Factor above the rounding error of the sum of a few numbers.
-constexpr double rounding = 1.0 + 1e-12;
 
 }  // namespace
-
-void EdgeQuery::Validity::move(double by) {
-  usual = std::max(by, 0.5 * usual);
-  moved = rounding * (moved + by);
-}
 
 double EdgeQuery::Validity::renew(double most) {
   moved = 0.0;
