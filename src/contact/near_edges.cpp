@@ -47,16 +47,8 @@ void FacingClusters::face(Index first, Index second) {
 
 void FacingClusters::read_points(std::size_t side) {
   const Clusters& clusters = frame_.surface.clusters;
-  const double scale = 1.0 / frame_.unit;
-  simd::LocalPoints& local = points_[side];
-  std::size_t i = 0;
-  for (const Index p : clusters.points_of(at(clusters.clusters, clusters_[side]))) {
-    const Vec3 x = scale * (at(frame_.positions, p) - origin_);
-    local.x[i] = static_cast<float>(x.x);
-    local.y[i] = static_cast<float>(x.y);
-    local.z[i] = static_cast<float>(x.z);
-    ++i;
-  }
+  simd::read_points(frame_.positions.data(), clusters.points_of(at(clusters.clusters, clusters_[side])),
+                    origin_, 1.0 / frame_.unit, points_[side]);
 }
 
 /// Finds the triangles of each cluster at the points of the other one.

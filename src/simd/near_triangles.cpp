@@ -29,8 +29,9 @@ HWY_INLINE Int load(const std::array<std::uint8_t, Cluster::most_primitives>& pl
   const hn::Rebind<std::uint8_t, Ints> bytes;
   return hn::PromoteTo(ints, hn::LoadU(bytes, places.data() + lane));
 }
-HWY_INLINE const auto& row_of(const LocalPoints& points, std::size_t axis) {
-  return axis == 0 ? points.x : axis == 1 ? points.y : points.z;
+/// A coordinate of the points at these places.
+HWY_INLINE Float pick(const LocalPoints& points, std::size_t axis, Int places) {
+  return hn::GatherIndex(floats, points.point[0].data() + axis, hn::ShiftLeft<2>(places));
 }
 
 /// Places boxes, and finds the lanes whose boxes meet a box.
@@ -50,7 +51,7 @@ HWY_INLINE std::uint32_t place_boxes(const LocalPoints& points, const Places& pl
     Float upper[3];
     for (std::size_t k = 0; k < 3; ++k) {
       for (std::size_t i = 0; i < size; ++i) {
-        const Float x = pick(row_of(points, k), place[i]);
+        const Float x = pick(points, k, place[i]);
         lower[k] = i == 0 ? x : hn::Min(lower[k], x);
         upper[k] = i == 0 ? x : hn::Max(upper[k], x);
       }
@@ -142,7 +143,7 @@ HWY_INLINE Vector corner_at(const LocalPoints& points,
                             const std::array<std::uint8_t, Cluster::most_primitives>& places,
                             std::size_t lane) {
   const Int place = load(places, lane);
-  return {pick(points.x, place), pick(points.y, place), pick(points.z, place)};
+  return {pick(points, 0, place), pick(points, 1, place), pick(points, 2, place)};
 }
 
 void find_gaps(const LocalPoints& of_segments, const LocalPoints& of_triangles, std::size_t size,

@@ -5,15 +5,10 @@
 #include <cstdint>
 
 #include "simd/cluster.hpp"
+#include "simd/local_points.hpp"
 
 namespace palpate::simd {
 
-/// The points of a cluster, relative to an origin nearby.
-struct LocalPoints {
-  alignas(64) std::array<float, Cluster::most_points> x;
-  alignas(64) std::array<float, Cluster::most_points> y;
-  alignas(64) std::array<float, Cluster::most_points> z;
-};
 /// Corners of 16 triangles (size 3) or segments (2): a lane for each, [corner][lane], as indices in the list
 /// of a cluster's points.
 template <std::size_t size>
