@@ -1,5 +1,6 @@
 // The lists of near edges of two clusters, and the tests of these edges.
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <bitset>
 #include <limits>
@@ -136,10 +137,20 @@ void EdgeQuery::drop_unused() {
   unused_ = 0;
 }
 
-Index EdgeQuery::edge_of(const IndexPair& clusters, const NearEdge& near) const {
-  const Index cluster = near.side == 0 ? clusters.first : clusters.second;
-  return at(surface_.edges.values, at(surface_.edges.begin, cluster) + near.place);
-}
+/// What near edges of two clusters refer to: [side].
+struct EdgeQuery::Sides {
+  Sides(const SurfaceClusters& surface, const IndexPair& clusters) {
+    const auto& [a, b] = clusters;
+    const Cluster& first = at(surface.clusters.clusters, a);
+    const Cluster& second = at(surface.clusters.clusters, b);
+    edges = {surface.edges[a], surface.edges[b]};
+    faced = {surface.clusters.primitives_of(second), surface.clusters.primitives_of(first)};
+    faced_body = {second.body, first.body};
+  }
+  std::array<std::span<const Index>, 2> edges;
+  std::array<std::span<const Index>, 2> faced;  ///< triangles
+  std::array<Index, 2> faced_body{};
+};
 
 /// Whether an edge meets a triangle of its own body only because tissue there is inverted or flat.
 bool EdgeQuery::is_folded(const Frame& frame, const Edge& ends, Index triangle) {
@@ -150,16 +161,11 @@ bool EdgeQuery::is_folded(const Frame& frame, const Edge& ends, Index triangle) 
                              [&](Index end) { return is_fold(frame.bodies, frame.positions, end, tet); });
 }
 
-/// The cluster of the triangles near an edge.
-const Cluster& EdgeQuery::faced_by(const IndexPair& clusters, const NearEdge& near) const {
-  return at(surface_.clusters.clusters, near.side == 0 ? clusters.second : clusters.first);
-}
-
-void EdgeQuery::test_exactly(const Frame& frame, const IndexPair& clusters, const NearEdge& near,
-                             std::vector<EdgeTriangle>& found) const {
-  const Index edge = edge_of(clusters, near);
+void EdgeQuery::test_exactly(const Frame& frame, const Sides& sides, const NearEdge& near,
+                             std::vector<EdgeTriangle>& found) {
+  const Index edge = sides.edges[near.side][near.place];
   const Edge& ends = at(frame.bodies.edges(), edge);
-  const std::span<const Index> triangles = surface_.clusters.primitives_of(faced_by(clusters, near));
+  const std::span<const Index> triangles = sides.faced[near.side];
   for (std::uint32_t left = near.touching; left != 0; left &= left - 1) {
     const Index triangle = triangles[static_cast<std::size_t>(std::countr_zero(left))];
     const std::array<Vec3, 3> x = corners_of(frame.positions, at(frame.bodies.triangles(), triangle));
@@ -189,6 +195,7 @@ void EdgeQuery::test_groups(const Frame& frame) {
 void EdgeQuery::test(const Frame& frame, Group& group, FacingClusters& facing,
                      std::vector<EdgeTriangle>& found) {
   const std::span<NearEdge> edges = std::span(near_).subspan(group.begin, group.size);
+  const Sides sides(surface_, group.clusters);
   const double moved = group.validity.moved;
   group.apart = std::numeric_limits<float>::max();
   std::bitset<2 * most_edges_of_cluster> is_tested;
@@ -199,7 +206,7 @@ void EdgeQuery::test(const Frame& frame, Group& group, FacingClusters& facing,
     const bool again = moved > 0.0 && !(moved < static_cast<double>(near.apart));
     if (!again && near.touching == 0) {
       group.apart = std::min(group.apart, near.apart);
-    } else if (frame.has_end_in_contact(edge_of(group.clusters, near), faced_by(group.clusters, near).body)) {
+    } else if (frame.has_end_in_contact(sides.edges[near.side][near.place], sides.faced_body[near.side])) {
       group.apart = -1.0F;  // it may be without a contact in the next detection
     } else {
       is_tested.set(i);
@@ -218,7 +225,7 @@ void EdgeQuery::test(const Frame& frame, Group& group, FacingClusters& facing,
     if (is_moved[i] && near.apart > 0.0F)
       near.apart = static_cast<float>(down * (moved + static_cast<double>(near.apart)));
     group.apart = std::min(group.apart, near.apart);
-    test_exactly(frame, group.clusters, near, found);
+    test_exactly(frame, sides, near, found);
   }
 }
 

@@ -62,6 +62,7 @@ class EdgeQuery {
 
  private:
   struct Frame;
+  struct Sides;
   /// The relative motion of two bodies, or of two clusters, and what a list of them is valid for.
   struct Validity {
     double usual = 0.0;  ///< relative motion per detection: the last, or half of the one before, m
@@ -112,11 +113,9 @@ class EdgeQuery {
   void drop_unused();
   void test_groups(const Frame& frame);
   void test(const Frame& frame, Group& group, FacingClusters& facing, std::vector<EdgeTriangle>& found);
-  [[nodiscard]] Index edge_of(const IndexPair& clusters, const NearEdge& near) const;
-  [[nodiscard]] const Cluster& faced_by(const IndexPair& clusters, const NearEdge& near) const;
   [[nodiscard]] static bool is_folded(const Frame& frame, const Edge& ends, Index triangle);
-  void test_exactly(const Frame& frame, const IndexPair& clusters, const NearEdge& near,
-                    std::vector<EdgeTriangle>& found) const;
+  static void test_exactly(const Frame& frame, const Sides& sides, const NearEdge& near,
+                           std::vector<EdgeTriangle>& found);
   [[nodiscard]] Group& group_of(const Task& task) { return pairs_[task.pair].groups[task.group]; }
   [[nodiscard]] double most_room(const NearPair& pair) const;
 

@@ -1,6 +1,7 @@
 #include "contact/silhouette.hpp"
 
 #include <algorithm>
+#include <array>
 
 #include "geometry/triangle.hpp"
 
@@ -42,11 +43,12 @@ bool SilhouetteSearch::has_reached(Index triangle) const {
 void SilhouetteSearch::look_at(const Bodies& bodies, std::span<const Vec3> positions, const EdgeLine& line,
                                const Reached& here, Best& best) {
   const Triangle& corners = at(bodies.triangles(), here.triangle);
+  std::array<Vec3, 3> places;
+  for (std::size_t i = 0; i < 3; ++i) places[i] = across(at(positions, corners[i]) - line.x, line.d);
   for (std::size_t i = 0; i < 3; ++i) {
     const Index other = at(bodies.triangle_neighbors(), here.triangle)[i];
     if (other >= 0 && other == here.from) continue;
-    const auto place = [&](std::size_t k) { return across(at(positions, corners[k]) - line.x, line.d); };
-    const LineExit exit = exit_over(place((i + 1) % 3), place((i + 2) % 3), place(i));
+    const LineExit exit = exit_over(places[(i + 1) % 3], places[(i + 2) % 3], places[i]);
     if (exit.distance >= best.bound) continue;
     // A line of the same body: an exit to the surface at the edge itself is none.
     if (other >= 0 && has_end(at(bodies.triangles(), other), line.ends)) continue;

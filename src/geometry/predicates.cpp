@@ -105,6 +105,41 @@ double determinant(const Vec3& u, const Vec3& v, const Vec3& w) {
   return dot(u, cross(v, w));
 }
 
+struct Likely {
+  bool is_certain;
+  bool meets;
+};
+
+double largest_coordinate(const Vec3& v) {
+  return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+}
+
+/// segment_meets_triangle() where the rounding errors of the five volumes leave no doubt. All are computed
+/// from the same differences: those of b and of the corners from a.
+Likely segment_meets_triangle_filtered(const Vec3& a, const Vec3& b, const Vec3& t0, const Vec3& t1,
+                                       const Vec3& t2) {
+  const Vec3 d = b - a;
+  const Vec3 u = t0 - a;
+  const Vec3 v = t1 - a;
+  const Vec3 w = t2 - a;
+  const Vec3 vw = cross(v, w);
+  const double sides[3] = {dot(d, cross(u, v)), dot(d, vw), dot(d, cross(w, u))};
+  const double of_a = dot(u, vw);
+  const double of_b = of_a - (sides[0] + sides[1] + sides[2]);
+  // Each of the four volumes has a permanent of at most 6 size^3. The last one adds their errors, of 24
+  // size^3 times the relative bound, and those of three sums, of less than 11 size^3 times it.
+  const double size =
+      std::max({largest_coordinate(d), largest_coordinate(u), largest_coordinate(v), largest_coordinate(w)});
+  using Bound = simd::OrientationBound;
+  const double error = 40.0 * Bound::relative * (size * size * size) + 64.0 * Bound::tiny * (1.0 + size);
+  const bool knows_ends = std::abs(of_a) > error && std::abs(of_b) > error;
+  if (knows_ends && (of_a > 0.0) == (of_b > 0.0)) return {true, false};
+  const auto [least, most] = std::minmax({sides[0], sides[1], sides[2]});
+  if (least < -error && most > error) return {true, false};
+  const bool knows_sides = least > error || most < -error;
+  return {knows_ends && knows_sides, true};
+}
+
 }  // namespace
 
 int orient3d(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
@@ -135,6 +170,8 @@ bool point_in_tet(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c, co
 }
 
 bool segment_meets_triangle(const Vec3& a, const Vec3& b, const Vec3& t0, const Vec3& t1, const Vec3& t2) {
+  const Likely likely = segment_meets_triangle_filtered(a, b, t0, t1, t2);
+  if (likely.is_certain) return likely.meets;
   const int side_a = orient3d(t0, t1, t2, a);
   const int side_b = orient3d(t0, t1, t2, b);
   if (side_a == side_b) return false;  // both on one side, or (0, 0): both in the plane
