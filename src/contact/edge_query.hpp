@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <span>
 #include <utility>
@@ -8,13 +9,13 @@
 #include <palpate/detection.hpp>
 
 #include "contact/chunks_in_time.hpp"
+#include "contact/cluster_motions.hpp"
 #include "contact/cluster_pairs.hpp"
 #include "contact/contact_table.hpp"
 #include "contact/deadline.hpp"
 #include "contact/near_edges.hpp"
 #include "contact/pair_filter.hpp"
 #include "contact/surface_clusters.hpp"
-#include "geometry/box.hpp"
 #include "parallel/parallel.hpp"
 
 namespace palpate {
@@ -36,20 +37,21 @@ struct EdgeWork {
 /// exactly those, by the predicate of crossings. The body is another one, or with self-collision the edge's
 /// own; then an edge and a triangle that share a point do not count, nor do folds (layers.hpp).
 ///
-/// Where two bodies move little against each other, edges and their near triangles are listed once, with a
-/// margin for later detections. The list is valid until the relative motion of the bodies exceeds the margin.
-/// An edge of the list at some distance is tested again only when the clusters may have closed it. The
-/// relative motion of two clusters between detections is bounded by the boxes of the displacements of their
-/// points, so a common motion counts as none. Where bodies move fast, all near edges are tested in each
-/// detection, without a list. Lists affect the time, never the result.
+/// What is near is stored at two levels, each with a margin for later detections. Two bodies have a list of
+/// the pairs of their surface clusters, valid until the bodies have moved relative to each other by its
+/// margin. Each pair of clusters has a list of edges with their near triangles, valid until the two clusters
+/// have. An edge of this list at some distance is tested again only when the clusters may have closed it. The
+/// relative motion between two detections is bounded by the boxes of the displacements of points, so a common
+/// motion counts as none. Lists affect the time, never the result.
 ///
-/// A search with a deadline leaves out clusters after it, chunk by chunk. The next search begins with them.
+/// A search with a deadline leaves out pairs of clusters after it, chunk by chunk. The next search begins
+/// with them.
 class EdgeQuery {
  public:
   explicit EdgeQuery(const Bodies& bodies);
 
-  /// O(surface points + bodies log bodies + listed edges + edges in the common parts of the boxes of clusters
-  /// without a list); parallel.
+  /// O(surface points + bodies log bodies + pairs of near clusters + edges of clusters that are listed or
+  /// tested); parallel.
   /// \param contacts  of the same positions
   void find(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
             const PairFilter& may_touch, const ContactTable& contacts, const Deadline& deadline);
@@ -59,87 +61,94 @@ class EdgeQuery {
   [[nodiscard]] const EdgeWork& work() const { return work_; }
 
  private:
-  /// Group::moved after a search that left out the group: NearPair::moved bounds it.
-  static constexpr double unknown_motion = -1.0;
   struct Frame;
-  /// A body at a detection.
-  struct Motion {
-    Box box;     ///< of its points
-    Box motion;  ///< of their displacements since the last detection
+  /// The relative motion of two bodies, or of two clusters, and what a list of them is valid for.
+  struct Validity {
+    double usual = 0.0;  ///< relative motion per detection: the last, or half of the one before, m
+    double moved = 0.0;  ///< bound of the relative motion since it was listed, m
+    double room = -1.0;  ///< relative motion for which the list is complete, m; negative: there is none
+    void move(double by) {
+      constexpr double rounding = 1.0 + 1e-12;
+      usual = std::max(by, 0.5 * usual);
+      moved = rounding * (moved + by);
+    }
+    [[nodiscard]] bool is_valid() const { return moved <= room; }
+    /// Call before a new list: chooses its margin, and returns it.
+    double renew(double most);
   };
-  /// The near edges of two clusters: `size` entries of the list.
+  /// Two clusters that may be near each other, and `size` near edges from `begin` on.
   struct Group {
     IndexPair clusters;
-    std::size_t begin;
-    std::size_t size;
-    double moved;  ///< bound of the relative motion since it was listed, m; or unknown_motion
-    float apart;   ///< motion up to which no edge must be tested again or may touch, m
+    std::size_t begin = 0;
+    std::size_t size = 0;
+    Validity validity;
+    float apart = 0.0F;  ///< motion up to which no edge must be tested again or may touch, m
   };
   struct NearPair {
     IndexPair bodies;
-    double usual = 0.0;  ///< relative motion per detection: the last, or half of the one before, m
-    double moved = 0.0;  ///< bound of the relative motion since it was listed, m
-    double room = -1.0;  ///< relative motion for which the list is complete, m; not above 0: there is none
-    // Whether a margin pays: it makes the list longer, so the list must serve for more detections.
-    std::size_t served = 0;  ///< detections since it was listed
-    int left_bare = 1;       ///< detections without a list before it is tried again
-    int patience = 8;        ///< the value of left_bare after the last try
+    Validity validity;
+    std::vector<Group> groups;  ///< sorted by clusters
     // With a deadline:
-    bool has_found = false;   ///< in the last search
-    bool is_late = false;     ///< not all of it was tested in this search
-    bool is_partial = false;  ///< its list lacks clusters
-    int waited = 0;           ///< searches since all of it was tested
-    std::size_t listed = 0;   ///< pairs of clusters before those that were left out, modulo their number
-    std::vector<Group> groups;
-    std::vector<NearEdge> near;
+    std::size_t first = 0;   ///< group with which the search begins
+    bool has_found = false;  ///< in the last search
+    bool is_late = false;    ///< not all of it was tested in this search
+    int waited = 0;          ///< searches since all of it was tested
   };
-  double follow(const parallel::Threads& threads, std::span<const Vec3> positions);
+  /// A group to list or to test.
+  struct Task {
+    std::size_t pair;
+    std::size_t group;
+    bool is_listed;  ///< its list is valid
+  };
   void pair_bodies(const Frame& frame);
-  void list_again(const Frame& frame);
-  [[nodiscard]] double room_for(NearPair& pair) const;
-  void list(const Frame& frame, const ClusterPairs::Found& pair, FacingClusters& facing,
-            std::vector<NearEdge>& found) const;
+  void pair_clusters(const Frame& frame);
+  void take_clusters(NearPair& pair, std::span<const ClusterPairs::Found> facing);
+  void choose_tasks(const Frame& frame);
+  void choose(std::size_t number, const std::pair<std::size_t, std::size_t>& places,
+              std::vector<Task>& tasks);
+  void list_groups(const Frame& frame);
+  void list(const NearPair& pair, Group& group, FacingClusters& facing, std::vector<NearEdge>& found) const;
   void take_lists();
-  void test_fresh(const Frame& frame);
-  void test_listed(const Frame& frame);
-  void test_group(const Frame& frame, NearPair& pair, Group& group, FacingClusters& facing,
-                  std::vector<EdgeTriangle>& found) const;
+  void drop_unused();
+  void test_groups(const Frame& frame);
+  void test(const Frame& frame, Group& group, FacingClusters& facing, std::vector<EdgeTriangle>& found);
   [[nodiscard]] Index edge_of(const IndexPair& clusters, const NearEdge& near) const;
   [[nodiscard]] const Cluster& faced_by(const IndexPair& clusters, const NearEdge& near) const;
   [[nodiscard]] static bool is_folded(const Frame& frame, const Edge& ends, Index triangle);
   void test_exactly(const Frame& frame, const IndexPair& clusters, const NearEdge& near,
                     std::vector<EdgeTriangle>& found) const;
+  [[nodiscard]] Group& group_of(const Task& task) { return pairs_[task.pair].groups[task.group]; }
+  [[nodiscard]] double most_room(const NearPair& pair) const;
 
   void order_pairs();
-  void rotate_clusters();
-  void leave_out_clusters();
-  void leave_out_groups();
+  void leave_out_tasks();
   void end_pairs(const Bodies& bodies);
 
   SurfaceClusters surface_;
   EdgeBlocks blocks_;
   ClusterPairs clusters_;
-  std::vector<double> most_room_;  ///< (n_bodies) m
-  std::vector<Vec3> last_;         ///< (n_points) at the last detection; none before the first
-  std::vector<Box> boxes_;         ///< (n_clusters)
-  std::vector<Box> motions_;       ///< (n_clusters) Motion::motion
-  std::vector<Motion> bodies_;
+  std::vector<double> reach_;  ///< (n_bodies) rim_reach(), m
+  ClusterMotions motions_;
   std::vector<std::pair<double, Index>> body_order_;  ///< sorted by lower x
   /// Whose boxes meet and that may touch, the lower body first, sorted. A body may be paired with itself.
   std::vector<NearPair> pairs_;
-  std::vector<NearPair> next_;             ///< scratch
-  std::vector<IndexPair> body_pairs_;      ///< those of pairs_
-  std::vector<std::size_t> begin_;         ///< (n_pairs + 1) of their groups, one after the other
-  std::vector<FacingBodies> unlisted_;     ///< pairs without a valid list
-  std::span<ClusterPairs::Found> facing_;  ///< their clusters
-  std::vector<std::size_t> fresh_begin_;   ///< (n_facing + 1) of their near edges
-  bool is_timed_ = false;                  ///< there is a deadline
-  std::vector<std::size_t> order_;         ///< (n_pairs) of the search
+  std::vector<NearPair> next_;          ///< scratch
+  std::vector<IndexPair> body_pairs_;   ///< those of pairs_
+  std::vector<FacingBodies> unlisted_;  ///< pairs without a valid list
+  std::vector<Group> groups_;           ///< scratch
+  std::vector<std::size_t> order_;      ///< (n_pairs) of the search
+  std::vector<std::size_t> begin_;      ///< (n_pairs + 1) of their groups, in that order
+  std::vector<NearEdge> near_;          ///< of all groups
+  std::vector<NearEdge> kept_;          ///< scratch
+  std::size_t unused_ = 0;              ///< items of near_
+  bool is_timed_ = false;               ///< there is a deadline
+  std::vector<Task> tasks_;             ///< in the order of the search
+  std::vector<std::size_t> to_list_;    ///< numbers of tasks
   ChunksInTime listing_;
   ChunksInTime testing_;
   EdgeWork work_;
+  parallel::ChunkedList<Task> task_lists_;
   parallel::ChunkedList<NearEdge> near_lists_;
-  std::vector<NearEdge> near_;  ///< of all facing clusters
   parallel::ChunkedList<EdgeTriangle> lists_;
   std::vector<EdgeTriangle> found_;
 };

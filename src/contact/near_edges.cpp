@@ -64,17 +64,23 @@ void FacingClusters::read_points(std::size_t side) {
 /// Finds the triangles of each cluster at the points of the other one.
 void FacingClusters::find_common_points() {
   const Clusters& all = frame_.surface.clusters;
-  for (std::size_t side = 0; side < 2; ++side) {
-    const Cluster& other = at(all.clusters, clusters_[1 - side]);
-    const std::span<const Index> others = all.points_of(other);
-    const std::span<const std::uint16_t> triangles =
-        std::span(all.at_point).subspan(static_cast<std::size_t>(other.first_point), other.points);
-    std::size_t j = 0;
-    std::size_t i = 0;
-    for (const Index p : all.points_of(at(all.clusters, clusters_[side]))) {
-      while (j < others.size() && others[j] < p) ++j;
-      at_point_[side][i++] = j < others.size() && others[j] == p ? triangles[j] : std::uint16_t{0};
+  const Cluster& first = at(all.clusters, clusters_[0]);
+  const Cluster& second = at(all.clusters, clusters_[1]);
+  const std::span<const Index> of_first = all.points_of(first);
+  const std::span<const Index> of_second = all.points_of(second);
+  const auto triangles_at = [&](const Cluster& cluster, std::size_t point) {
+    return all.at_point[static_cast<std::size_t>(cluster.first_point) + point];
+  };
+  at_point_ = {};
+  for (std::size_t i = 0, j = 0; i < of_first.size() && j < of_second.size();) {
+    const Index p = of_first[i];
+    const Index q = of_second[j];
+    if (p == q) {
+      at_point_[0][i] = triangles_at(second, j);
+      at_point_[1][j] = triangles_at(first, i);
     }
+    i += p <= q ? 1 : 0;
+    j += q <= p ? 1 : 0;
   }
 }
 
@@ -123,16 +129,35 @@ std::uint32_t FacingClusters::place_edges(std::size_t side, std::size_t block, c
          ((1U << here) - 1U);
 }
 
-void FacingClusters::test(std::size_t side, std::size_t block, std::size_t lane, std::uint32_t facing,
-                          std::vector<NearEdge>& found) const {
-  if (of_one_body_) {
-    const simd::CornerPlaces<2>& ends = frame_.blocks.of(clusters_[side])[block];
-    facing &= ~std::uint32_t{at_point_[side][ends[0][lane]]} & ~std::uint32_t{at_point_[side][ends[1][lane]]};
-    if (facing == 0) return;
+/// Leaves out triangles with a point of the edge.
+void FacingClusters::choose_triangles(std::size_t side, std::size_t block, std::uint32_t facing) {
+  wanted_.fill(static_cast<std::uint16_t>(facing));
+  if (!of_one_body_) return;
+  const simd::CornerPlaces<2>& ends = frame_.blocks.of(clusters_[side])[block];
+  for (std::size_t lane = 0; lane < lanes; ++lane) {
+    const unsigned common = at_point_[side][ends[0][lane]] | at_point_[side][ends[1][lane]];
+    wanted_[lane] = static_cast<std::uint16_t>(facing & ~common);
   }
-  const simd::NearTriangles near =
-      simd::find_near_triangles(triangles_, facing, segments_, lane, margin_, rounding_);
-  if (near.near != 0) found.push_back(edge_of(side, block, lane, near));
+}
+
+void FacingClusters::list(double margin, std::vector<NearEdge>& found) {
+  if (!find_common_part(margin)) return;
+  const std::size_t sides = clusters_[0] == clusters_[1] ? 1 : 2;
+  for (std::size_t side = 0; side < sides; ++side) {
+    const std::uint32_t facing = place_triangles(side);
+    const std::size_t blocks = facing == 0 ? 0 : frame_.blocks.of(clusters_[side]).size();
+    for (std::size_t block = 0; block < blocks; ++block) {
+      const std::uint32_t here = place_edges(side, block, of_facing_);
+      if (here == 0) continue;
+      choose_triangles(side, block, facing);
+      std::uint32_t near =
+          simd::find_near_triangles(triangles_, segments_, here, wanted_, margin_, rounding_, near_);
+      for (; near != 0; near &= near - 1) {
+        const auto lane = static_cast<std::size_t>(std::countr_zero(near));
+        found.push_back(edge_of(side, block, lane, near_[lane]));
+      }
+    }
+  }
 }
 
 NearEdge FacingClusters::edge_of(std::size_t side, std::size_t block, std::size_t lane,
@@ -157,8 +182,9 @@ void FacingClusters::test_again(NearEdge& edge) {
   }
   const std::size_t lane = edge.place % lanes;
   constexpr float any = std::numeric_limits<float>::max();
-  edge = edge_of(side, block, lane,
-                 simd::find_near_triangles(triangles_, edge.near, segments_, lane, any, rounding_));
+  wanted_[lane] = edge.near;
+  simd::find_near_triangles(triangles_, segments_, 1U << lane, wanted_, any, rounding_, near_);
+  edge = edge_of(side, block, lane, near_[lane]);
 }
 
 }  // namespace palpate

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -58,22 +57,7 @@ class FacingClusters {
 
   /// Appends the edges with triangles within `margin` (m), those of the first cluster first. O(edges of the
   /// clusters), less where few are in the common part of their boxes.
-  /// \param wanted  wanted(side, place): whether to test an edge
-  template <class Wanted>
-  void list(double margin, Wanted&& wanted, std::vector<NearEdge>& found) {
-    if (!find_common_part(margin)) return;
-    const std::size_t sides = clusters_[0] == clusters_[1] ? 1 : 2;
-    for (std::size_t side = 0; side < sides; ++side) {
-      const std::uint32_t facing = place_triangles(side);
-      const std::size_t blocks = facing == 0 ? 0 : frame_.blocks.of(clusters_[side]).size();
-      for (std::size_t block = 0; block < blocks; ++block) {
-        for (std::uint32_t left = place_edges(side, block, of_facing_); left != 0; left &= left - 1) {
-          const auto lane = static_cast<std::size_t>(std::countr_zero(left));
-          if (wanted(side, lanes * block + lane)) test(side, block, lane, facing, found);
-        }
-      }
-    }
-  }
+  void list(double margin, std::vector<NearEdge>& found);
 
   /// Tests an edge and its near triangles again; sets touching and apart.
   void test_again(NearEdge& edge);
@@ -86,8 +70,7 @@ class FacingClusters {
   bool find_common_part(double margin);
   std::uint32_t place_triangles(std::size_t side);
   std::uint32_t place_edges(std::size_t side, std::size_t block, const simd::FloatBox& box);
-  void test(std::size_t side, std::size_t block, std::size_t lane, std::uint32_t facing,
-            std::vector<NearEdge>& found) const;
+  void choose_triangles(std::size_t side, std::size_t block, std::uint32_t facing);
   [[nodiscard]] NearEdge edge_of(std::size_t side, std::size_t block, std::size_t lane,
                                  const simd::NearTriangles& near) const;
 
@@ -106,6 +89,9 @@ class FacingClusters {
   std::size_t placed_block_ = none;
   simd::TriangleLanes triangles_;
   simd::SegmentLanes segments_;
+  /// Triangles to test with each edge in the lanes.
+  std::array<std::uint16_t, lanes> wanted_{};
+  simd::NearSegments near_;
 };
 
 }  // namespace palpate

@@ -54,6 +54,14 @@ inline Box common_part(const Box& a, const Box& b) {
           {std::min(a.upper.x, b.upper.x), std::min(a.upper.y, b.upper.y), std::min(a.upper.z, b.upper.z)}};
 }
 
+/// A lower bound on the distance between a point of one box and a point of the other: along an axis. Zero
+/// where the boxes meet.
+inline double gap(const Box& a, const Box& b) {
+  constexpr double rounding = 1.0 - 1e-12;
+  return rounding * std::max({0.0, a.lower.x - b.upper.x, b.lower.x - a.upper.x, a.lower.y - b.upper.y,
+                              b.lower.y - a.upper.y, a.lower.z - b.upper.z, b.lower.z - a.upper.z});
+}
+
 /// An upper bound on the distance between a point of one box and a point of the other, also when coordinates
 /// are rounded.
 inline double furthest(const Box& a, const Box& b) {
