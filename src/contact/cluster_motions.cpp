@@ -70,15 +70,15 @@ void ClusterMotions::follow_cluster(std::span<const Vec3> positions, std::size_t
   simd::find_boxes(positions.data(), last_.data(), surface_.clusters.points_of(of), common, boxes);
   boxes_[cluster] = box_of(boxes.places);
   Motion& motion = motions_[cluster];
-  motion.displacements = box_of(boxes.displacements);
+  motion.displacements = grown(box_of(boxes.displacements), 0.0);
   if (common == nullptr) return;
   // A coordinate of a remainder is computed in seven operations, none with a result above this.
-  const Box displaced = box_of(boxes.displacements);
-  double size = largest(displaced);
+  const double displaced = largest(motion.displacements);
+  const double place = largest(boxes_[cluster]) + displaced;
+  double size = displaced;
   for (std::size_t k = 0; k < 4; ++k) {
     const auto& [x, y, z, none] = (*common)[k];
-    const double coordinate = k < 3 ? largest(boxes_[cluster]) + largest(displaced) : 1.0;
-    size += coordinate * std::max({std::abs(x), std::abs(y), std::abs(z)});
+    size += (k < 3 ? place : 1.0) * std::max({std::abs(x), std::abs(y), std::abs(z)});
   }
   constexpr double rounding = 1e-15;
   motion.remainders = grown(box_of(boxes.remainders), rounding * size);
@@ -101,7 +101,7 @@ void ClusterMotions::follow(const parallel::Threads& threads, std::span<const Ve
     BodyMotion& body = at(bodies_, surface_.clusters.clusters[c].body);
     body.box.extend(boxes_[c]);
     body.motion.displacements.extend(motions_[c].displacements);
-    body.motion.remainders.extend(motions_[c].remainders);
+    if (body.may_touch_itself) body.motion.remainders.extend(motions_[c].remainders);
     largest_side_ = std::max(largest_side_, largest({{}, boxes_[c].upper - boxes_[c].lower}));
   }
 }

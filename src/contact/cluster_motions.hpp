@@ -59,7 +59,8 @@ class ClusterMotions {
     simd::LinearMotion common{};  ///< t + w x p
   };
   [[nodiscard]] static double nearer(const Motion& a, const Motion& b, bool of_one_body) {
-    return of_one_body ? furthest(a.remainders, b.remainders) : furthest(a.displacements, b.displacements);
+    return of_one_body ? largest_distance(a.remainders, b.remainders)
+                       : largest_distance(a.displacements, b.displacements);
   }
   [[nodiscard]] simd::LinearMotion common_motion(std::span<const Vec3> positions, Index body) const;
   void follow_cluster(std::span<const Vec3> positions, std::size_t cluster);

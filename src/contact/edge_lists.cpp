@@ -1,6 +1,7 @@
 // The lists of near edges of two clusters, and the tests of these edges.
 #include <algorithm>
 #include <bit>
+#include <bitset>
 #include <limits>
 #include <utility>
 
@@ -16,6 +17,7 @@ namespace {
 constexpr std::size_t groups_of_chunk = 256;
 constexpr std::size_t listed_of_chunk = 32;
 constexpr std::size_t tested_of_chunk = 64;
+constexpr std::size_t most_edges_of_cluster = 3 * Cluster::most_primitives;
 /// The largest margin of a list of edges, over that of a list of clusters.
 constexpr double edges_over_clusters = 0.5;
 
@@ -186,28 +188,37 @@ void EdgeQuery::test_groups(const Frame& frame) {
 /// Tests the edges of a group that may touch their near triangles.
 void EdgeQuery::test(const Frame& frame, Group& group, FacingClusters& facing,
                      std::vector<EdgeTriangle>& found) {
-  const auto& [a, b] = group.clusters;
+  const std::span<NearEdge> edges = std::span(near_).subspan(group.begin, group.size);
   const double moved = group.validity.moved;
-  bool faces = false;
   group.apart = std::numeric_limits<float>::max();
-  for (NearEdge& near : std::span(near_).subspan(group.begin, group.size)) {
+  std::bitset<2 * most_edges_of_cluster> is_tested;
+  std::bitset<2 * most_edges_of_cluster> is_moved;
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    NearEdge& near = edges[i];
     // What was listed now has not moved since.
     const bool again = moved > 0.0 && !(moved < static_cast<double>(near.apart));
-    if (again || near.touching != 0) {
-      if (frame.has_end_in_contact(edge_of(group.clusters, near), faced_by(group.clusters, near).body)) {
-        group.apart = -1.0F;  // it may be without a contact in the next detection
-        continue;
-      }
-      if (again) {
-        if (!std::exchange(faces, true)) facing.face(a, b);
-        facing.test_again(near);
-        constexpr double down = 1.0 - 1e-6;
-        if (near.apart > 0.0F)
-          near.apart = static_cast<float>(down * (moved + static_cast<double>(near.apart)));
-      }
-      test_exactly(frame, group.clusters, near, found);
+    if (!again && near.touching == 0) {
+      group.apart = std::min(group.apart, near.apart);
+    } else if (frame.has_end_in_contact(edge_of(group.clusters, near), faced_by(group.clusters, near).body)) {
+      group.apart = -1.0F;  // it may be without a contact in the next detection
+    } else {
+      is_tested.set(i);
+      if (!again) continue;
+      if (is_moved.none()) facing.face(group.clusters.first, group.clusters.second);
+      is_moved.set(i);
+      facing.test_again(near);
     }
+  }
+  if (is_tested.none()) return;
+  facing.finish();
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    if (!is_tested[i]) continue;
+    NearEdge& near = edges[i];
+    constexpr double down = 1.0 - 1e-6;
+    if (is_moved[i] && near.apart > 0.0F)
+      near.apart = static_cast<float>(down * (moved + static_cast<double>(near.apart)));
     group.apart = std::min(group.apart, near.apart);
+    test_exactly(frame, group.clusters, near, found);
   }
 }
 

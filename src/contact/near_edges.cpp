@@ -36,8 +36,6 @@ void FacingClusters::face(Index first, Index second) {
   read_points(1);
   const std::vector<Cluster>& clusters = frame_.surface.clusters.clusters;
   of_one_body_ = at(clusters, first).body == at(clusters, second).body;
-  if (of_one_body_) find_common_points();
-  placed_ = placed_block_ = none;
   // No coordinate is larger than `extent`. In units in its last place, a distance along a direction has an
   // error of at most 35 by its two projections and 20 by its division and root.
   const double extent = std::max(largest({a.lower - origin_, a.upper - origin_}),
@@ -49,16 +47,8 @@ void FacingClusters::face(Index first, Index second) {
 
 void FacingClusters::read_points(std::size_t side) {
   const Clusters& clusters = frame_.surface.clusters;
-  const double scale = 1.0 / frame_.unit;
-  simd::LocalPoints& local = points_[side];
-  std::size_t i = 0;
-  for (const Index p : clusters.points_of(at(clusters.clusters, clusters_[side]))) {
-    const Vec3 x = scale * (at(frame_.positions, p) - origin_);
-    local.x[i] = static_cast<float>(x.x);
-    local.y[i] = static_cast<float>(x.y);
-    local.z[i] = static_cast<float>(x.z);
-    ++i;
-  }
+  simd::read_points(frame_.positions.data(), clusters.points_of(at(clusters.clusters, clusters_[side])),
+                    origin_, 1.0 / frame_.unit, points_[side]);
 }
 
 /// Finds the triangles of each cluster at the points of the other one.
@@ -104,8 +94,6 @@ bool FacingClusters::find_common_part(double margin) {
 
 /// Places the triangles that face the edges of a side; returns those in the common part of both boxes.
 std::uint32_t FacingClusters::place_triangles(std::size_t side) {
-  placed_ = side;
-  placed_block_ = none;
   const Cluster& cluster = at(frame_.surface.clusters.clusters, clusters_[1 - side]);
   const std::uint32_t facing =
       simd::place_meeting(points_[1 - side], cluster, around_, triangles_, of_facing_) &
@@ -118,14 +106,13 @@ std::uint32_t FacingClusters::place_triangles(std::size_t side) {
   return facing;
 }
 
-/// Places a block of edges; returns those that meet a box.
-std::uint32_t FacingClusters::place_edges(std::size_t side, std::size_t block, const simd::FloatBox& box) {
-  placed_block_ = block;
+/// Places a block of edges; returns those that meet the box of the facing triangles.
+std::uint32_t FacingClusters::place_edges(std::size_t side, std::size_t block) {
   const Index cluster = clusters_[side];
   const Rows& edges = frame_.surface.edges;
   const auto size = static_cast<std::size_t>(at(edges.begin, cluster + 1) - at(edges.begin, cluster));
   const std::size_t here = std::min(lanes, size - lanes * block);
-  return simd::place_meeting(points_[side], frame_.blocks.of(cluster)[block], box, segments_) &
+  return simd::place_meeting(points_[side], frame_.blocks.of(cluster)[block], of_facing_, segments_) &
          ((1U << here) - 1U);
 }
 
@@ -142,49 +129,71 @@ void FacingClusters::choose_triangles(std::size_t side, std::size_t block, std::
 
 void FacingClusters::list(double margin, std::vector<NearEdge>& found) {
   if (!find_common_part(margin)) return;
+  if (of_one_body_) find_common_points();
   const std::size_t sides = clusters_[0] == clusters_[1] ? 1 : 2;
-  for (std::size_t side = 0; side < sides; ++side) {
-    const std::uint32_t facing = place_triangles(side);
-    const std::size_t blocks = facing == 0 ? 0 : frame_.blocks.of(clusters_[side]).size();
-    for (std::size_t block = 0; block < blocks; ++block) {
-      const std::uint32_t here = place_edges(side, block, of_facing_);
-      if (here == 0) continue;
-      choose_triangles(side, block, facing);
-      std::uint32_t near =
-          simd::find_near_triangles(triangles_, segments_, here, wanted_, margin_, rounding_, near_);
-      for (; near != 0; near &= near - 1) {
-        const auto lane = static_cast<std::size_t>(std::countr_zero(near));
-        found.push_back(edge_of(side, block, lane, near_[lane]));
-      }
+  for (std::size_t side = 0; side < sides; ++side) list_side(side, found);
+}
+
+void FacingClusters::list_side(std::size_t side, std::vector<NearEdge>& found) {
+  const std::uint32_t facing = place_triangles(side);
+  if (facing == 0) return;
+  const std::size_t blocks = frame_.blocks.of(clusters_[side]).size();
+  for (std::size_t block = 0; block < blocks; ++block) {
+    const std::uint32_t here = place_edges(side, block);
+    if (here == 0) continue;
+    choose_triangles(side, block, facing);
+    std::array<NearEdge, lanes> edges;
+    std::size_t size = 0;
+    std::uint32_t left = simd::keep_within(margin_ + rounding_, segments_, here, triangles_, wanted_);
+    for (; left != 0; left &= left - 1) {
+      const auto lane = static_cast<std::size_t>(std::countr_zero(left));
+      edges[size] = {static_cast<std::uint8_t>(side), static_cast<std::uint8_t>(lanes * block + lane), 0, 0,
+                     0.0F};
+      add_pairs(edges[size++], wanted_[lane]);
     }
+    test_pairs();
+    for (std::size_t i = 0; i < size; ++i)
+      if (edges[i].near != 0) found.push_back(edges[i]);
   }
 }
 
-NearEdge FacingClusters::edge_of(std::size_t side, std::size_t block, std::size_t lane,
-                                 const simd::NearTriangles& near) const {
-  constexpr double down = 1.0 - 1e-6;  // for the rounding to float
-  const auto apart = static_cast<float>(down * frame_.unit * static_cast<double>(near.apart));
-  return {.side = static_cast<std::uint8_t>(side),
-          .place = static_cast<std::uint8_t>(lanes * block + lane),
-          .near = static_cast<std::uint16_t>(near.near),
-          .touching = static_cast<std::uint16_t>(near.touching),
-          .apart = near.touching == 0 ? apart : 0.0F};
+void FacingClusters::add_pairs(NearEdge& edge, std::uint32_t triangles) {
+  edge.touching = 0;
+  edge.apart = std::numeric_limits<float>::max();
+  const std::size_t block = edge.place / lanes;
+  const std::size_t lane = edge.place % lanes;
+  const simd::CornerPlaces<2>& ends = frame_.blocks.of(clusters_[edge.side])[block];
+  const Cluster& facing = at(frame_.surface.clusters.clusters, clusters_[1U - edge.side]);
+  for (; triangles != 0; triangles &= triangles - 1) {
+    if (waiting_ == lanes) test_pairs();
+    const auto triangle = static_cast<std::size_t>(std::countr_zero(triangles));
+    for (std::size_t i = 0; i < 2; ++i) pairs_.segment[i][waiting_] = ends[i][lane];
+    for (std::size_t i = 0; i < 3; ++i) pairs_.triangle[i][waiting_] = facing.corners[i][triangle];
+    edge_of_pair_[waiting_] = &edge;
+    triangle_of_pair_[waiting_++] = static_cast<std::uint16_t>(1U << triangle);
+  }
+}
+
+void FacingClusters::test_pairs() {
+  if (waiting_ == 0) return;
+  const std::size_t side = edge_of_pair_[0]->side;
+  simd::find_gaps(points_[side], points_[1 - side], waiting_, pairs_);
+  const double unit = (1.0 - 1e-6) * frame_.unit;  // for the rounding to float
+  for (std::size_t i = 0; i < waiting_; ++i) {
+    const float gap = pairs_.gap[i] - rounding_;
+    if (gap > margin_) continue;
+    NearEdge& edge = *edge_of_pair_[i];
+    edge.near |= triangle_of_pair_[i];
+    if (gap <= 0.0F) edge.touching |= triangle_of_pair_[i];
+    edge.apart = std::min(edge.apart, std::max(0.0F, static_cast<float>(unit * static_cast<double>(gap))));
+  }
+  waiting_ = 0;
 }
 
 void FacingClusters::test_again(NearEdge& edge) {
-  const std::size_t side = edge.side;
-  const std::size_t block = edge.place / lanes;
-  constexpr float infinity = std::numeric_limits<float>::infinity();
-  if (placed_ != side || placed_block_ != block) {
-    around_ = {{-infinity, -infinity, -infinity}, {infinity, infinity, infinity}};
-    if (placed_ != side) place_triangles(side);
-    place_edges(side, block, around_);
-  }
-  const std::size_t lane = edge.place % lanes;
-  constexpr float any = std::numeric_limits<float>::max();
-  wanted_[lane] = edge.near;
-  simd::find_near_triangles(triangles_, segments_, 1U << lane, wanted_, any, rounding_, near_);
-  edge = edge_of(side, block, lane, near_[lane]);
+  if (waiting_ > 0 && edge_of_pair_[0]->side != edge.side) test_pairs();
+  margin_ = std::numeric_limits<float>::infinity();
+  add_pairs(edge, edge.near);
 }
 
 }  // namespace palpate

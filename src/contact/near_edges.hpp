@@ -59,20 +59,22 @@ class FacingClusters {
   /// clusters), less where few are in the common part of their boxes.
   void list(double margin, std::vector<NearEdge>& found);
 
-  /// Tests an edge and its near triangles again; sets touching and apart.
+  /// Tests an edge and its near triangles again: sets touching and apart, once finish() is called. Until
+  /// then, the edge stays where it is.
   void test_again(NearEdge& edge);
+  void finish() { test_pairs(); }
 
  private:
   static constexpr std::size_t lanes = Cluster::most_primitives;
-  static constexpr std::size_t none = ~std::size_t{0};
   void read_points(std::size_t side);
   void find_common_points();
   bool find_common_part(double margin);
   std::uint32_t place_triangles(std::size_t side);
-  std::uint32_t place_edges(std::size_t side, std::size_t block, const simd::FloatBox& box);
+  std::uint32_t place_edges(std::size_t side, std::size_t block);
   void choose_triangles(std::size_t side, std::size_t block, std::uint32_t facing);
-  [[nodiscard]] NearEdge edge_of(std::size_t side, std::size_t block, std::size_t lane,
-                                 const simd::NearTriangles& near) const;
+  void list_side(std::size_t side, std::vector<NearEdge>& found);
+  void add_pairs(NearEdge& edge, std::uint32_t triangles);
+  void test_pairs();
 
   const Frame& frame_;
   std::array<Index, 2> clusters_{-1, -1};
@@ -81,17 +83,18 @@ class FacingClusters {
   bool of_one_body_ = false;
   /// [side][point of its cluster] bits of the other cluster's triangles with that corner, if of one body.
   std::array<std::array<std::uint16_t, Cluster::most_points>, 2> at_point_{};
-  float rounding_ = 0.0F;      ///< bound of the errors of distances, in units
-  float margin_ = 0.0F;        ///< in units
-  simd::FloatBox of_facing_;   ///< of the triangles there, grown by the margin
-  simd::FloatBox around_;      ///< where the two surfaces can be within the margin
-  std::size_t placed_ = none;  ///< side whose edges face the triangles in the lanes
-  std::size_t placed_block_ = none;
-  simd::TriangleLanes triangles_;
-  simd::SegmentLanes segments_;
-  /// Triangles to test with each edge in the lanes.
-  std::array<std::uint16_t, lanes> wanted_{};
-  simd::NearSegments near_;
+  float rounding_ = 0.0F;     ///< bound of the errors of distances, in units
+  float margin_ = 0.0F;       ///< in units
+  simd::FloatBox of_facing_;  ///< of the triangles there, grown by the margin
+  simd::FloatBox around_;     ///< where the two surfaces can be within the margin
+  simd::BoxLanes triangles_;
+  simd::BoxLanes segments_;
+  std::array<std::uint16_t, lanes> wanted_{};  ///< triangles to test with each edge of a block
+  // Pairs to test, all with edges of one side:
+  std::size_t waiting_ = 0;
+  simd::SegmentTrianglePairs pairs_;
+  std::array<NearEdge*, lanes> edge_of_pair_{};
+  std::array<std::uint16_t, lanes> triangle_of_pair_{};  ///< its bit
 };
 
 }  // namespace palpate

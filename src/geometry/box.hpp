@@ -62,15 +62,19 @@ inline double gap(const Box& a, const Box& b) {
                               b.lower.y - a.upper.y, a.lower.z - b.upper.z, b.lower.z - a.upper.z});
 }
 
-/// An upper bound on the distance between a point of one box and a point of the other, also when coordinates
-/// are rounded.
-inline double furthest(const Box& a, const Box& b) {
+/// An upper bound on the distance between a point of one box and a point of the other.
+inline double largest_distance(const Box& a, const Box& b) {
   const Vec3 d{std::max(a.upper.x - b.lower.x, b.upper.x - a.lower.x),
                std::max(a.upper.y - b.lower.y, b.upper.y - a.lower.y),
                std::max(a.upper.z - b.lower.z, b.upper.z - a.lower.z)};
   constexpr double rounding = 1.0 + 1e-12;
+  return rounding * length(d);
+}
+
+/// The same, also when coordinates are rounded.
+inline double furthest(const Box& a, const Box& b) {
   constexpr double in_common = 4e-16;
-  return rounding * length(d) + in_common * (largest(a) + largest(b));
+  return largest_distance(a, b) + in_common * (largest(a) + largest(b));
 }
 
 /// The box of a primitive (tet, triangle, edge) whose corners index into `positions`.

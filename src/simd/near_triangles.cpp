@@ -22,110 +22,89 @@ HWY_INLINE Float max3(Float a, Float b, Float c) {
   return hn::Max(a, hn::Max(b, c));
 }
 
-/// The lanes of these bits.
-HWY_INLINE hn::Mask<Floats> lanes_of(std::uint32_t bits) {
-  const Int bit = hn::Shl(hn::Set(ints, 1), hn::Iota(ints, 0));
-  return hn::RebindMask(floats, hn::TestBit(hn::Set(ints, static_cast<std::int32_t>(bits)), bit));
-}
-
 HWY_INLINE Float load(const PrimitiveRow& row, std::size_t lane) {
   return hn::Load(floats, row.data() + lane);
 }
-HWY_INLINE Vector load(const std::array<PrimitiveRow, 3>& rows, std::size_t lane) {
-  return {load(rows[0], lane), load(rows[1], lane), load(rows[2], lane)};
-}
-HWY_INLINE Vector spread(const std::array<PrimitiveRow, 3>& rows, std::size_t lane) {
-  return {hn::Set(floats, rows[0][lane]), hn::Set(floats, rows[1][lane]), hn::Set(floats, rows[2][lane])};
-}
-
-/// The lanes from this one on whose boxes meet a box. Places their corners and boxes.
-template <std::size_t size, class Places>
-HWY_INLINE std::uint32_t place_lanes(const LocalPoints& points, const Places& places, const FloatBox& box,
-                                     std::size_t lane, CornerLanes<size>& placed) {
+HWY_INLINE Int load(const std::array<std::uint8_t, Cluster::most_primitives>& places, std::size_t lane) {
   const hn::Rebind<std::uint8_t, Ints> bytes;
-  Int place[size];
-  for (std::size_t i = 0; i < size; ++i)
-    place[i] = hn::PromoteTo(ints, hn::LoadU(bytes, places[i].data() + lane));
-  auto meets = hn::FirstN(floats, lanes());
-  for (std::size_t k = 0; k < 3; ++k) {
-    const auto& row = k == 0 ? points.x : k == 1 ? points.y : points.z;
-    Float lower;
-    Float upper;
-    for (std::size_t i = 0; i < size; ++i) {
-      const Float x = pick(row, place[i]);
-      hn::Store(x, floats, placed.corner[i][k].data() + lane);
-      lower = i == 0 ? x : hn::Min(lower, x);
-      upper = i == 0 ? x : hn::Max(upper, x);
-    }
-    hn::Store(lower, floats, placed.lower[k].data() + lane);
-    hn::Store(upper, floats, placed.upper[k].data() + lane);
-    meets = hn::And(meets, hn::And(hn::Le(lower, hn::Set(floats, box.upper[k])),
-                                   hn::Le(hn::Set(floats, box.lower[k]), upper)));
-  }
-  return bits_of(floats, meets);
+  return hn::PromoteTo(ints, hn::LoadU(bytes, places.data() + lane));
+}
+/// A coordinate of the points at these places.
+HWY_INLINE Float pick(const LocalPoints& points, std::size_t axis, Int places) {
+  return hn::GatherIndex(floats, points.point[0].data() + axis, hn::ShiftLeft<2>(places));
 }
 
-std::uint32_t place_segments(const LocalPoints& points, const CornerPlaces<2>& places, const FloatBox& box,
-                             SegmentLanes& segments) {
+/// Places boxes, and finds the lanes whose boxes meet a box.
+/// \param around  of these lanes; null: not wanted
+template <std::size_t size, class Places>
+HWY_INLINE std::uint32_t place_boxes(const LocalPoints& points, const Places& places, const FloatBox& box,
+                                     BoxLanes& placed, FloatBox* around) {
+  const Float most = hn::Set(floats, std::numeric_limits<float>::max());
+  Float lowest[3] = {most, most, most};
+  Float highest[3] = {hn::Neg(most), hn::Neg(most), hn::Neg(most)};
   std::uint32_t all = 0;
-  for (std::size_t lane = 0; lane < Cluster::most_primitives; lane += lanes())
-    all |= place_lanes<2>(points, places, box, lane, segments) << lane;
+  for (std::size_t lane = 0; lane < Cluster::most_primitives; lane += lanes()) {
+    Int place[size];
+    for (std::size_t i = 0; i < size; ++i) place[i] = load(places[i], lane);
+    auto meets = hn::FirstN(floats, lanes());
+    Float lower[3];
+    Float upper[3];
+    for (std::size_t k = 0; k < 3; ++k) {
+      for (std::size_t i = 0; i < size; ++i) {
+        const Float x = pick(points, k, place[i]);
+        lower[k] = i == 0 ? x : hn::Min(lower[k], x);
+        upper[k] = i == 0 ? x : hn::Max(upper[k], x);
+      }
+      hn::Store(lower[k], floats, placed.lower[k].data() + lane);
+      hn::Store(upper[k], floats, placed.upper[k].data() + lane);
+      meets = hn::And(meets, hn::And(hn::Le(lower[k], hn::Set(floats, box.upper[k])),
+                                     hn::Le(hn::Set(floats, box.lower[k]), upper[k])));
+    }
+    all |= bits_of(floats, meets) << lane;
+    if (around == nullptr) continue;
+    for (std::size_t k = 0; k < 3; ++k) {
+      lowest[k] = hn::Min(lowest[k], hn::IfThenElse(meets, lower[k], most));
+      highest[k] = hn::Max(highest[k], hn::IfThenElse(meets, upper[k], hn::Neg(most)));
+    }
+  }
+  for (std::size_t k = 0; around != nullptr && k < 3; ++k) {
+    around->lower[k] = hn::GetLane(hn::MinOfLanes(floats, lowest[k]));
+    around->upper[k] = hn::GetLane(hn::MaxOfLanes(floats, highest[k]));
+  }
   return all;
 }
 
-/// The inverse of a squared length; 0 if that underflows or overflows.
-HWY_INLINE Float inverse_of(Float squared_length) {
-  constexpr float smallest = 1e-30F;  // of full precision, here and in its inverse
-  constexpr float largest = 1e37F;
-  const auto is_precise = hn::And(hn::Gt(squared_length, hn::Set(floats, smallest)),
-                                  hn::Le(squared_length, hn::Set(floats, largest)));
-  return hn::IfThenElseZero(is_precise, hn::Div(hn::Set(floats, 1.0F), squared_length));
+std::uint32_t place_segments(const LocalPoints& points, const CornerPlaces<2>& places, const FloatBox& box,
+                             BoxLanes& segments) {
+  return place_boxes<2>(points, places, box, segments, nullptr);
 }
-
-HWY_INLINE void place_normals(std::size_t lane, TriangleLanes& triangles) {
-  const Vector x0 = load(triangles.corner[0], lane);
-  const Vector u = difference(load(triangles.corner[1], lane), x0);
-  const Vector v = difference(load(triangles.corner[2], lane), x0);
-  const Vector normal = cross(u, v);
-  const Float zero = hn::Zero(floats);
-  const Float du = dot(normal, u);
-  const Float dv = dot(normal, v);
-  hn::Store(normal.x, floats, triangles.normal[0].data() + lane);
-  hn::Store(normal.y, floats, triangles.normal[1].data() + lane);
-  hn::Store(normal.z, floats, triangles.normal[2].data() + lane);
-  hn::Store(min3(zero, du, dv), floats, triangles.lowest.data() + lane);
-  hn::Store(max3(zero, du, dv), floats, triangles.highest.data() + lane);
-  hn::Store(inverse_of(dot(normal, normal)), floats, triangles.inverse.data() + lane);
-}
-
 std::uint32_t place_triangles(const LocalPoints& points, const Cluster& cluster, const FloatBox& box,
-                              TriangleLanes& triangles, FloatBox& around) {
-  const Float most = hn::Set(floats, std::numeric_limits<float>::max());
-  Vector lowest{most, most, most};
-  Vector highest{hn::Neg(most), hn::Neg(most), hn::Neg(most)};
+                              BoxLanes& triangles, FloatBox& around) {
+  return place_boxes<3>(points, cluster.corners, box, triangles, &around);
+}
+
+std::uint32_t keep_within(float distance, const BoxLanes& boxes, std::uint32_t which, const BoxLanes& others,
+                          std::array<std::uint16_t, Cluster::most_primitives>& others_of) {
   std::uint32_t all = 0;
-  for (std::size_t lane = 0; lane < Cluster::most_primitives; lane += lanes()) {
-    const std::uint32_t here = place_lanes<3>(points, cluster.corners, box, lane, triangles);
-    if (here == 0) continue;
-    all |= here << lane;
-    place_normals(lane, triangles);
-    const auto meets = lanes_of(here);
-    const Vector lower = load(triangles.lower, lane);
-    const Vector upper = load(triangles.upper, lane);
-    lowest = {hn::Min(lowest.x, hn::IfThenElse(meets, lower.x, most)),
-              hn::Min(lowest.y, hn::IfThenElse(meets, lower.y, most)),
-              hn::Min(lowest.z, hn::IfThenElse(meets, lower.z, most))};
-    highest = {hn::Max(highest.x, hn::IfThenElse(meets, upper.x, hn::Neg(most))),
-               hn::Max(highest.y, hn::IfThenElse(meets, upper.y, hn::Neg(most))),
-               hn::Max(highest.z, hn::IfThenElse(meets, upper.z, hn::Neg(most)))};
+  for (; which != 0; which &= which - 1) {
+    const auto box = static_cast<std::size_t>(std::countr_zero(which));
+    Float lower[3];
+    Float upper[3];
+    for (std::size_t k = 0; k < 3; ++k) {
+      lower[k] = hn::Set(floats, boxes.lower[k][box] - distance);
+      upper[k] = hn::Set(floats, boxes.upper[k][box] + distance);
+    }
+    std::uint32_t within = 0;
+    for (std::size_t lane = 0; lane < Cluster::most_primitives; lane += lanes()) {
+      const auto along = [&](std::size_t k) HWY_ATTR {
+        return hn::And(hn::Le(load(others.lower[k], lane), upper[k]),
+                       hn::Le(lower[k], load(others.upper[k], lane)));
+      };
+      within |= bits_of(floats, hn::And(along(0), hn::And(along(1), along(2)))) << lane;
+    }
+    others_of[box] = static_cast<std::uint16_t>(others_of[box] & within);
+    all |= (others_of[box] != 0 ? 1U : 0U) << box;
   }
-  if (all == 0) return 0;
-  around.lower = {hn::GetLane(hn::MinOfLanes(floats, lowest.x)),
-                  hn::GetLane(hn::MinOfLanes(floats, lowest.y)),
-                  hn::GetLane(hn::MinOfLanes(floats, lowest.z))};
-  around.upper = {hn::GetLane(hn::MaxOfLanes(floats, highest.x)),
-                  hn::GetLane(hn::MaxOfLanes(floats, highest.y)),
-                  hn::GetLane(hn::MaxOfLanes(floats, highest.z))};
   return all;
 }
 
@@ -137,14 +116,6 @@ struct SegmentAndTriangle {
   Vector v;
 };
 
-/// Square of a gap, given times the length of a vector with this inverse of its squared length. Zero where
-/// they overlap or the square overflows.
-HWY_INLINE Float squared_gap(Float gap, Float inverse) {
-  const Float positive = hn::Max(hn::Zero(floats), gap);
-  const Float squared = hn::Mul(hn::Mul(positive, positive), inverse);
-  return hn::IfThenElseZero(hn::Le(squared, hn::Set(floats, std::numeric_limits<float>::max())), squared);
-}
-
 /// Squared gap between the two along a direction. Zero where they overlap, underflow or overflow.
 HWY_INLINE Float squared_gap(const SegmentAndTriangle& pair, const Vector& direction) {
   const Float zero = hn::Zero(floats);
@@ -154,95 +125,45 @@ HWY_INLINE Float squared_gap(const SegmentAndTriangle& pair, const Vector& direc
   const Float dv = dot(direction, pair.v);
   const Float above = hn::Sub(hn::Min(da, db), max3(zero, du, dv));
   const Float below = hn::Sub(min3(zero, du, dv), hn::Max(da, db));
-  return squared_gap(hn::Max(above, below), inverse_of(dot(direction, direction)));
+  const Float gap = max3(zero, above, below);
+  const Float squared_length = dot(direction, direction);
+  constexpr float smallest = 1e-30F;  // squared length with full precision
+  const Float squared = hn::Div(hn::Mul(gap, gap), squared_length);
+  const auto is_said = hn::And(hn::Gt(squared_length, hn::Set(floats, smallest)),
+                               hn::Le(squared, hn::Set(floats, std::numeric_limits<float>::max())));
+  return hn::IfThenElseZero(is_said, squared);
 }
 
-/// Distances of the segment in a lane from triangles.
-class SegmentGaps {
- public:
-  SegmentGaps(const TriangleLanes& triangles, const SegmentLanes& segments, std::size_t segment, float within)
-      : triangles_(triangles),
-        a_(spread(segments.corner[0], segment)),
-        b_(spread(segments.corner[1], segment)),
-        lower_(spread(segments.lower, segment)),
-        upper_(spread(segments.upper, segment)),
-        within_(within) {}
+/// Gap of the boxes along an axis; negative where they overlap.
+HWY_INLINE Float axis_gap(Float x0, Float x1, Float x2, Float a, Float b) {
+  return hn::Max(hn::Sub(min3(x0, x1, x2), hn::Max(a, b)), hn::Sub(hn::Min(a, b), max3(x0, x1, x2)));
+}
 
-  /// Lower bounds of the distances of triangles from this lane on, and in `left` the bits of those within.
-  /// Not all bounds are computed if no triangle of `left` is within.
-  HWY_INLINE Float bound(std::size_t lane, std::uint32_t& left) const {
-    const Vector lower = load(triangles_.lower, lane);
-    const Vector upper = load(triangles_.upper, lane);
-    const Float of_boxes = max3(hn::Max(hn::Sub(lower.x, upper_.x), hn::Sub(lower_.x, upper.x)),
-                                hn::Max(hn::Sub(lower.y, upper_.y), hn::Sub(lower_.y, upper.y)),
-                                hn::Max(hn::Sub(lower.z, upper_.z), hn::Sub(lower_.z, upper.z)));
-    if ((left &= bits_of(floats, hn::Le(of_boxes, hn::Set(floats, within_)))) == 0) return of_boxes;
-    constexpr float up = 1.0F + 1e-5F;  // for rounding
-    const Float squared_within = hn::Set(floats, up * within_ * within_);
-    const auto are_far = [&](Float squared) HWY_ATTR {
-      return (left &= bits_of(floats, hn::Le(squared, squared_within))) == 0;
-    };
-    const Vector x0 = load(triangles_.corner[0], lane);
-    SegmentAndTriangle pair{difference(a_, x0), difference(b_, x0), {}, {}};
-    Float most = along_normal(pair, lane);
-    // Most triangles are beyond the margin along their normal already.
-    if (are_far(most)) return of_boxes;
-    pair.u = difference(load(triangles_.corner[1], lane), x0);
-    pair.v = difference(load(triangles_.corner[2], lane), x0);
-    const Vector along = difference(b_, a_);
-    for (const Vector& side : {pair.u, pair.v, difference(pair.v, pair.u)}) {
-      most = hn::Max(most, squared_gap(pair, cross(along, side)));
-      if (are_far(most)) return of_boxes;
-    }
-    return hn::Max(of_boxes, hn::Sqrt(most));
+HWY_INLINE Vector corner_at(const LocalPoints& points,
+                            const std::array<std::uint8_t, Cluster::most_primitives>& places,
+                            std::size_t lane) {
+  const Int place = load(places, lane);
+  return {pick(points, 0, place), pick(points, 1, place), pick(points, 2, place)};
+}
+
+void find_gaps(const LocalPoints& of_segments, const LocalPoints& of_triangles, std::size_t size,
+               SegmentTrianglePairs& pairs) {
+  for (std::size_t lane = 0; lane < size; lane += lanes()) {
+    const Vector a = corner_at(of_segments, pairs.segment[0], lane);
+    const Vector b = corner_at(of_segments, pairs.segment[1], lane);
+    const Vector x0 = corner_at(of_triangles, pairs.triangle[0], lane);
+    const Vector x1 = corner_at(of_triangles, pairs.triangle[1], lane);
+    const Vector x2 = corner_at(of_triangles, pairs.triangle[2], lane);
+    const Float of_boxes = max3(axis_gap(x0.x, x1.x, x2.x, a.x, b.x), axis_gap(x0.y, x1.y, x2.y, a.y, b.y),
+                                axis_gap(x0.z, x1.z, x2.z, a.z, b.z));
+    const SegmentAndTriangle pair{difference(a, x0), difference(b, x0), difference(x1, x0),
+                                  difference(x2, x0)};
+    const Vector along = difference(b, a);
+    const Float of_normal = squared_gap(pair, cross(pair.u, pair.v));
+    const Float most = max3(squared_gap(pair, cross(along, pair.u)), squared_gap(pair, cross(along, pair.v)),
+                            squared_gap(pair, cross(along, difference(pair.v, pair.u))));
+    hn::Store(hn::Max(of_boxes, hn::Sqrt(hn::Max(of_normal, most))), floats, pairs.gap.data() + lane);
   }
-
- private:
-  HWY_INLINE Float along_normal(const SegmentAndTriangle& pair, std::size_t lane) const {
-    const Vector normal = load(triangles_.normal, lane);
-    const Float da = dot(normal, pair.a);
-    const Float db = dot(normal, pair.b);
-    const Float above = hn::Sub(hn::Min(da, db), load(triangles_.highest, lane));
-    const Float below = hn::Sub(load(triangles_.lowest, lane), hn::Max(da, db));
-    return squared_gap(hn::Max(above, below), load(triangles_.inverse, lane));
-  }
-
-  const TriangleLanes& triangles_;
-  Vector a_;
-  Vector b_;
-  Vector lower_;
-  Vector upper_;
-  float within_;
-};
-
-std::uint32_t find_near_triangles(const TriangleLanes& triangles, const SegmentLanes& segments,
-                                  std::uint32_t which,
-                                  const std::array<std::uint16_t, Cluster::most_primitives>& wanted,
-                                  float margin, float rounding, NearSegments& found) {
-  const float within = margin + rounding;
-  std::uint32_t all = 0;
-  for (; which != 0; which &= which - 1) {
-    const auto segment = static_cast<std::size_t>(std::countr_zero(which));
-    const SegmentGaps gaps(triangles, segments, segment, within);
-    NearTriangles near;
-    Float least = hn::Set(floats, std::numeric_limits<float>::max());
-    for (std::size_t lane = 0; lane < Cluster::most_primitives; lane += lanes()) {
-      const std::uint32_t here = std::uint32_t{wanted[segment]} >> lane & ((1U << lanes()) - 1U);
-      std::uint32_t left = here;
-      if (left == 0) continue;
-      const Float gap = gaps.bound(lane, left);
-      if (left == 0) continue;
-      const std::uint32_t close = bits_of(floats, hn::Le(gap, hn::Set(floats, within))) & here;
-      near.near |= close << lane;
-      near.touching |= (bits_of(floats, hn::Le(gap, hn::Set(floats, rounding))) & close) << lane;
-      least = hn::Min(least, hn::IfThenElse(lanes_of(close), gap, least));
-    }
-    if (near.near == 0) continue;
-    near.apart = hn::GetLane(hn::MinOfLanes(floats, least)) - rounding;
-    found[segment] = near;
-    all |= 1U << segment;
-  }
-  return all;
 }
 
 }  // namespace palpate::simd::HWY_NAMESPACE
@@ -253,22 +174,24 @@ namespace palpate::simd {
 
 HWY_EXPORT(place_segments);
 HWY_EXPORT(place_triangles);
-HWY_EXPORT(find_near_triangles);
+HWY_EXPORT(keep_within);
+HWY_EXPORT(find_gaps);
 
 std::uint32_t place_meeting(const LocalPoints& points, const CornerPlaces<2>& places, const FloatBox& box,
-                            SegmentLanes& segments) {
+                            BoxLanes& segments) {
   return HWY_DYNAMIC_DISPATCH(place_segments)(points, places, box, segments);
 }
 std::uint32_t place_meeting(const LocalPoints& points, const Cluster& cluster, const FloatBox& box,
-                            TriangleLanes& triangles, FloatBox& around) {
+                            BoxLanes& triangles, FloatBox& around) {
   return HWY_DYNAMIC_DISPATCH(place_triangles)(points, cluster, box, triangles, around);
 }
-std::uint32_t find_near_triangles(const TriangleLanes& triangles, const SegmentLanes& segments,
-                                  std::uint32_t which,
-                                  const std::array<std::uint16_t, Cluster::most_primitives>& wanted,
-                                  float margin, float rounding, NearSegments& found) {
-  return HWY_DYNAMIC_DISPATCH(find_near_triangles)(triangles, segments, which, wanted, margin, rounding,
-                                                   found);
+std::uint32_t keep_within(float distance, const BoxLanes& boxes, std::uint32_t which, const BoxLanes& others,
+                          std::array<std::uint16_t, Cluster::most_primitives>& others_of) {
+  return HWY_DYNAMIC_DISPATCH(keep_within)(distance, boxes, which, others, others_of);
+}
+void find_gaps(const LocalPoints& of_segments, const LocalPoints& of_triangles, std::size_t size,
+               SegmentTrianglePairs& pairs) {
+  HWY_DYNAMIC_DISPATCH(find_gaps)(of_segments, of_triangles, size, pairs);
 }
 
 }  // namespace palpate::simd

@@ -148,6 +148,7 @@ void check_pair(TwoBalls& balls, const SurfaceClusters& surface, FacingClusters&
       if (near.near == 0) continue;
       const std::uint16_t all = near.near;
       facing.test_again(near);
+      facing.finish();
       ASSERT_EQ(near.near, all);
       check();
     }
