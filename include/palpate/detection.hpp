@@ -33,10 +33,10 @@ struct Contacts {
   [[nodiscard]] std::size_t size() const { return point.size(); }  ///< number of contacts n
 };
 
-/// Surface edges that pass through another body with both ends outside, so that no point is in contact
-/// (docs/edges.md). Where the surfaces of two bodies meet, or one body is in the other, there is a contact
-/// or an edge contact. Structure of arrays, sorted by (edge, body, parameter); an edge that goes through a
-/// body twice is two.
+/// Surface edges that pass through another body (with self-collision, also through their own) with both ends
+/// outside (docs/edges.md). Where the surfaces of two bodies meet, or one body is in the other, there is a
+/// contact or an edge contact. Structure of arrays, sorted by (edge, body, parameter); an edge that goes
+/// through a body twice is two.
 struct EdgeContacts {
   std::vector<Index> edge;                      ///< (n) of Bodies::edges()
   std::vector<Index> body;                      ///< (n) the body that it passes through
@@ -116,7 +116,7 @@ struct DepthCounts {
 /// Counts of one detection. Counts are the same on every machine, times are not.
 struct DetectionCounts : DepthCounts {
   std::size_t contacts = 0;       ///< points in tets of other bodies, or of their own
-  std::size_t edge_contacts = 0;  ///< surface edges that pass through another body, both ends outside
+  std::size_t edge_contacts = 0;  ///< surface edges that pass through a body, both ends outside
   std::size_t border_edges = 0;   ///< with one end in contact and the other not
   std::size_t crossings = 0;      ///< of border edges with the surface
   std::size_t candidates = 0;     ///< pairs proposed and tested, both queries; of clusters: docs/query.md

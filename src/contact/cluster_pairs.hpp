@@ -15,7 +15,7 @@ namespace palpate {
 /// Two bodies, or two clusters.
 using IndexPair = std::pair<Index, Index>;
 
-/// Two bodies whose clusters are wanted.
+/// Two bodies whose clusters are wanted, or twice the same body.
 struct FacingBodies {
   IndexPair bodies;
   Box common;           ///< the common part of both boxes, each grown by the margin
@@ -24,7 +24,8 @@ struct FacingBodies {
 };
 
 /// Finds the surface clusters of two bodies whose boxes are within a margin of each other: those near the
-/// other body by a sweep along the longest axis of the common part of both bodies' boxes.
+/// other body by a sweep along the longest axis of the common part of both bodies' boxes. For a body and
+/// itself, these are all such clusters of it, each cluster and itself included.
 class ClusterPairs {
  public:
   /// Clusters of the two bodies of a pair.
@@ -39,8 +40,8 @@ class ClusterPairs {
   /// O(clusters of the bodies + n log n + pairs that meet along the axis), n clusters near the other body;
   /// parallel.
   /// \param boxes  (n_clusters)
-  std::span<const Found> find(const parallel::Threads& threads, std::span<const Box> boxes,
-                              std::span<const FacingBodies> pairs);
+  std::span<Found> find(const parallel::Threads& threads, std::span<const Box> boxes,
+                        std::span<const FacingBodies> pairs);
 
  private:
   /// A cluster near the other body of a pair.

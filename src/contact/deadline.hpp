@@ -16,8 +16,9 @@ class Deadline {
     return Deadline(Clock::now() +
                     std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds)));
   }
+  [[nodiscard]] bool exists() const { return end_ != Clock::time_point::max(); }
   /// Reads the clock only if there is a deadline. May be called from any thread.
-  [[nodiscard]] bool passed() const { return end_ != Clock::time_point::max() && Clock::now() >= end_; }
+  [[nodiscard]] bool passed() const { return exists() && Clock::now() >= end_; }
 
  private:
   Clock::time_point end_ = Clock::time_point::max();

@@ -20,6 +20,8 @@ constexpr double points_fraction = 0.75;
 constexpr double planned_fraction = 0.8;
 /// Fraction of the time after which depths are not refined further.
 constexpr double refining_fraction = 0.9;
+/// Part of that time up to which edges are searched in any case, even if depths take longer than the rest.
+constexpr double least_edges_fraction = 0.5;
 /// Estimated cost of contacts, relative to the measured one, in a detection that had no time to refine them.
 constexpr double unrefined_factor = 1.25;
 /// First estimate of the fixed cost of depths, expressed as a number of contacts.
@@ -79,7 +81,8 @@ void DetectionBudget::begin(double fraction) {
   fraction_ = fraction;
   before_ = {tets_.states(), triangles_.states()};
   allowance_.reset();
-  refining_ = {};
+  refining_ = edges_deadline_ = {};
+  edge_work_ = late_edges_ = 0;
   points_seconds_ = 0.0;
   std::ranges::fill(late_bodies_, std::uint8_t{0});
   if (budget_.tests) {
@@ -89,7 +92,12 @@ void DetectionBudget::begin(double fraction) {
     const double no_limit = std::numeric_limits<double>::infinity();
     const double seconds = fraction * 1e-3 * budget_.milliseconds.value_or(no_limit);
     allowance_ = Allowance::of_seconds(begun_ ? planned_fraction * seconds : no_limit);
-    if (begun_) refining_ = Deadline::after_seconds(refining_fraction * seconds);
+    if (begun_) {
+      const double refined = refining_fraction * seconds;
+      refining_ = Deadline::after_seconds(refined);
+      edges_deadline_ =
+          Deadline::after_seconds(std::max(refined - depths_.high(), least_edges_fraction * refined));
+    }
     allowance_->keep_back(later_phases_.fixed(), later_phases_.each() * spared_fraction);
   }
 }
@@ -110,6 +118,12 @@ void DetectionBudget::end_points(double seconds) {
   points_seconds_ = seconds;
 }
 
+void DetectionBudget::end_edges(const EdgeWork& work) {
+  edge_work_ = work.all;
+  late_edges_ = work.late;
+  for (const auto& [a, b] : work.late_pairs) at(late_bodies_, a) = at(late_bodies_, b) = 1;
+}
+
 std::size_t DetectionBudget::recomputed_contacts_limit(std::size_t contacts) const {
   if (!allowance_ || !allowance_->timed() || !later_phases_.known()) return contacts;
   const double affordable =
@@ -125,11 +139,12 @@ void DetectionBudget::end(const DetectionTimes& times, std::size_t spared, Detec
   // contacts has no information on their cost.
   if (counts.contacts > 0) {
     later_phases_.add(work_of(counts.contacts, spared),
-                      refining_.passed() ? unrefined_factor * after : after);
+                      refining_.passed() || late_edges_ > 0 ? unrefined_factor * after : after);
   }
-  counts.late_clusters = 0;
+  depths_.add(times.depth);
+  counts.late_clusters = late_edges_;
   counts.completeness = 1.0;
-  std::size_t all = 0;
+  std::size_t all = edge_work_;
   for (ClusterQueue* queue : {&tets_, &triangles_}) {
     all += queue->ordered().size();
     counts.late_clusters += queue->close(late_bodies_);

@@ -11,6 +11,7 @@
 #include "contact/cluster_queue.hpp"
 #include "contact/cost_line.hpp"
 #include "contact/deadline.hpp"
+#include "contact/edge_query.hpp"
 #include "contact/recent_cost.hpp"
 #include "contact/work_limit.hpp"
 
@@ -41,6 +42,10 @@ class DetectionBudget {
   /// contact without them costs more in the depth estimate than the crossings would. So with a limit, fewer
   /// and fewer would be found.
   [[nodiscard]] std::optional<WorkLimit> begin_crossings();
+  /// The deadline of the search of edge contacts; none unless the budget is in time.
+  [[nodiscard]] const Deadline& edges_deadline() const { return edges_deadline_; }
+  /// Call after the search of edge contacts.
+  void end_edges(const EdgeWork& work);
   /// The deadline for refining depths; none unless the budget is in time.
   [[nodiscard]] const Deadline& refining() const { return refining_; }
   /// Whether the limit is a time. Then planes are cached.
@@ -84,6 +89,10 @@ class DetectionBudget {
   Held held_;
   std::optional<Allowance> allowance_;
   Deadline refining_;
+  Deadline edges_deadline_;
+  std::size_t edge_work_ = 0;  ///< EdgeWork::all
+  std::size_t late_edges_ = 0;
+  RecentCost depths_;              ///< s
   CostLine later_phases_;          ///< cost of depths and all later phases
   RecentCost shortest_detection_;  ///< s
   double points_seconds_ = 0.0;

@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <functional>
 #include <string>
 #include <utility>
 
@@ -31,7 +33,9 @@ Detector::State::State(const Bodies& b, const DetectionSettings& settings,
     budget =
         std::make_unique<DetectionBudget>(settings, b.bodies().size(), *points->queue(), *edges->queue());
   }
-  if (wants_edge_contacts && b.body_count() > 1) edge_contacts = std::make_unique<EdgeContactQuery>(b);
+  const bool meets_itself = std::ranges::any_of(frame.may_touch().self_collision, std::identity{});
+  if (wants_edge_contacts && (b.body_count() > 1 || meets_itself))
+    edge_contacts = std::make_unique<EdgeContactQuery>(b);
 }
 
 void Detector::State::update(std::span<const Vec3> positions, bool alone) {
@@ -60,7 +64,8 @@ void Detector::State::find_crossings() {
   crossings.set(frame.threads(), bodies, frame.positions(), border, edges->found());
   if (!edge_contacts) return;
   edge_contacts->find(frame.threads(), bodies, frame.positions(), frame.may_touch(), tables.now(),
-                      tables.now().edges());
+                      tables.now().edges(), budget ? budget->edges_deadline() : Deadline{});
+  if (budget) budget->end_edges(edge_contacts->work());
 }
 
 void Detector::State::find_depths() {

@@ -58,8 +58,9 @@ struct Detector::State {
   Frame frame;
   std::unique_ptr<PointQuery> points;
   std::unique_ptr<CrossingQuery> edges;
-  std::unique_ptr<DetectionBudget> budget;          ///< null: no limit
-  std::unique_ptr<EdgeContactQuery> edge_contacts;  ///< null: not wanted, or one body
+  std::unique_ptr<DetectionBudget> budget;  ///< null: no limit
+  std::unique_ptr<EdgeContactQuery>
+      edge_contacts;  ///< null: not wanted, or one body that cannot touch itself
   ContactTables tables;
   PlaneCache plane_cache;  ///< with a budget in time
   BorderEdges border_edges;

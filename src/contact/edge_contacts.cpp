@@ -49,6 +49,7 @@ LineExit EdgeContactQuery::shortest_exit(const Bodies& bodies, std::span<const V
   if (back < best.distance) best = {back, -d};
   const EdgeLine line{.x = a,
                       .d = d,
+                      .ends = ends,
                       .outward = outward_of_edge(bodies, positions, edge),
                       .slack = at(slack_, bodies.body_of(at(bodies.triangles(), in.triangle)))};
   double bound = best.distance;
@@ -84,6 +85,7 @@ void EdgeContactQuery::add_rows(const Bodies& bodies, std::span<const Vec3> posi
     rows.push_back(
         {edge, {in.triangle, out.triangle}, {in.parameter, out.parameter}, exit.distance, exit.direction});
   };
+  const bool is_own = bodies.body_of(ends) == bodies.body_of(at(bodies.triangles(), meetings[0].triangle));
   const std::size_t rows_before = rows.size();
   const Meeting* in = nullptr;
   const Meeting* out = nullptr;
@@ -96,14 +98,15 @@ void EdgeContactQuery::add_rows(const Bodies& bodies, std::span<const Vec3> posi
     if (!meeting.enters && in != nullptr) out = &meeting;
   }
   if (out != nullptr) add(*in, *out);
-  // No part is inside: the edge only touches, or rounding has swapped entry and exit.
-  if (rows.size() == rows_before) add(meetings.front(), meetings.back());
+  // No part is inside: the edge only touches, or rounding has swapped entry and exit. An edge of the same
+  // body may also begin in tissue at its own end, so that its entry is not a crossing.
+  if (rows.size() == rows_before && !is_own) add(meetings.front(), meetings.back());
 }
 
 void EdgeContactQuery::find(const parallel::Threads& threads, const Bodies& bodies,
                             std::span<const Vec3> positions, const PairFilter& may_touch,
-                            const ContactTable& contacts, EdgeContacts& found) {
-  query_.find(threads, bodies, positions, may_touch, contacts);
+                            const ContactTable& contacts, EdgeContacts& found, const Deadline& deadline) {
+  query_.find(threads, bodies, positions, may_touch, contacts, deadline);
   // Reserves room for edge contacts that replace contacts of points where bodies tremble, so that only the
   // first steps allocate.
   const std::size_t spare = contacts.size();

@@ -11,20 +11,27 @@
 
 namespace palpate {
 
-/// Finds the edge contacts among bodies, and their depths (docs/edges.md).
+/// Finds the edge contacts among bodies, and of bodies with themselves, and their depths (docs/edges.md).
 ///
 /// A part of an edge that is inside a body, with both ends of the edge outside, leaves by the shortest of
 /// three exits: across itself, over the silhouette of the surface through which it enters or leaves, or back
 /// along itself, until one end is at its entry.
+///
+/// A part is between an entry and the last exit before the next entry. If an edge only touches another body,
+/// this is a contact, too. In its own body, only parts count.
 class EdgeContactQuery {
  public:
   explicit EdgeContactQuery(const Bodies& bodies);
 
   /// \param contacts  of the same positions
+  /// \param deadline  the search ends then; edge contacts that it has found are completed
   ///
   /// O(of EdgeQuery + edge contacts x triangles nearer to each than its depth), parallel.
   void find(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
-            const PairFilter& may_touch, const ContactTable& contacts, EdgeContacts& found);
+            const PairFilter& may_touch, const ContactTable& contacts, EdgeContacts& found,
+            const Deadline& deadline = {});
+  /// What the search left out after the deadline.
+  [[nodiscard]] const EdgeWork& work() const { return query_.work(); }
 
  private:
   /// A crossing of an edge and a triangle.

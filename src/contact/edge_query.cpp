@@ -7,6 +7,7 @@
 #include <numeric>
 #include <utility>
 
+#include "contact/layers.hpp"
 #include "contact/rim_falloff.hpp"
 #include "geometry/predicates.hpp"
 #include "geometry/triangle.hpp"
@@ -18,19 +19,8 @@ namespace {
 constexpr std::size_t clusters_of_chunk = 64;
 constexpr std::size_t groups_of_chunk = 64;
 constexpr std::size_t facing_of_chunk = 32;
-/// Number of detections like the last one for which a list has a margin, and the largest margin, over the
-/// reach of a rim.
-constexpr double detections = 12.0;
+/// The largest margin of a list, over the reach of a rim.
 constexpr double most_room = 0.4;
-constexpr double least_room = 1e-3;
-/// Number of detections after its own that a list must serve. Making it costs about as much as to test all
-/// near edges without one.
-constexpr std::size_t fewest_served = 2;
-/// Least number of detections that the margin must cover; faster pairs are listed each time.
-constexpr double fewest_detections = 3.0;
-/// Number of lists without a margin after a margin that did not pay; four times as many each time.
-constexpr int shortest_patience = 8;
-constexpr int longest_patience = 2048;
 /// Factor above the rounding error of the sum of a few numbers.
 constexpr double rounding = 1.0 + 1e-12;
 
@@ -47,6 +37,7 @@ struct EdgeQuery::Frame {
   std::span<const Vec3> positions;
   const PairFilter& may_touch;
   const ContactTable& contacts;
+  const Deadline& deadline;
   FacingClusters::Frame facing;
 
   [[nodiscard]] bool has_end_in_contact(Index edge, Index body) const {
@@ -92,7 +83,8 @@ double EdgeQuery::follow(const parallel::Threads& threads, std::span<const Vec3>
   return size;
 }
 
-/// Finds pairs of bodies whose boxes meet and that may touch; existing pairs keep their lists.
+/// Finds pairs of bodies whose boxes meet and that may touch, and bodies that may touch themselves; existing
+/// pairs keep their lists.
 void EdgeQuery::pair_bodies(const Frame& frame) {
   body_order_.clear();
   make_room(body_order_, bodies_.size());
@@ -103,6 +95,10 @@ void EdgeQuery::pair_bodies(const Frame& frame) {
   for (std::size_t i = 0; i < body_order_.size(); ++i) {
     const Index a = body_order_[i].second;
     const Box& box = at(bodies_, a).box;
+    if (frame.may_touch.itself(a)) {
+      make_room(body_pairs_, body_pairs_.size() + 1);
+      body_pairs_.emplace_back(a, a);
+    }
     for (std::size_t j = i + 1; j < body_order_.size() && body_order_[j].first <= box.upper.x; ++j) {
       const Index b = body_order_[j].second;
       if (!box.overlaps(at(bodies_, b).box) || !frame.may_touch.bodies(a, b)) continue;
@@ -128,30 +124,15 @@ void EdgeQuery::pair_bodies(const Frame& frame) {
   pairs_.swap(next_);
 }
 
-/// Plans the next list of a pair from its last one: its margin, or 0 for none.
-double EdgeQuery::room_for(NearPair& pair) const {
-  if (pair.room > 0.0) {
-    const bool paid = pair.served >= fewest_served;
-    pair.patience = paid ? shortest_patience : std::min(4 * pair.patience, longest_patience);
-    pair.left_bare = paid ? 0 : pair.patience;
-  }
-  const double most = at(most_room_, pair.bodies.first) + at(most_room_, pair.bodies.second);
-  const double least = least_room * most;
-  const bool waits = pair.left_bare > 0 && (pair.usual > least || pair.room < 0.0);
-  if (waits || fewest_detections * pair.usual > most) {
-    pair.left_bare = std::max(0, pair.left_bare - 1);
-    return 0.0;
-  }
-  return std::clamp(detections * pair.usual, least, most);
-}
-
 /// Lists near edges of pairs that have no list, or have moved further than its margin.
 void EdgeQuery::list_again(const Frame& frame) {
   unlisted_.clear();
   make_room(unlisted_, pairs_.size());
-  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+  for (const std::size_t i : order_) {
     NearPair& pair = pairs_[i];
     ++pair.served;
+    pair.is_late = false;
+    if (std::exchange(pair.is_partial, false)) pair.room = 0.0;
     if (pair.room > 0.0 && pair.moved <= pair.room) continue;
     pair.room = room_for(pair);
     pair.moved = 0.0;
@@ -163,10 +144,16 @@ void EdgeQuery::list_again(const Frame& frame) {
     unlisted_.push_back({pair.bodies, common, pair.room, static_cast<Index>(i)});
   }
   facing_ = clusters_.find(frame.threads, boxes_, unlisted_);
+  rotate_clusters();
+  listing_.begin(frame.deadline, facing_.size(), facing_of_chunk);
   resize_with_room(fresh_begin_, facing_.size() + 1);
   fresh_begin_[0] = 0;
   near_lists_.fill(frame.threads, facing_.size(), facing_of_chunk,
                    [&](std::size_t begin, std::size_t end, std::vector<NearEdge>& found) {
+                     if (listing_.skips(begin)) {
+                       for (std::size_t i = begin; i < end; ++i) fresh_begin_[i + 1] = 0;
+                       return;
+                     }
                      FacingClusters facing(frame.facing);
                      for (std::size_t i = begin; i < end; ++i) {
                        const std::size_t before = found.size();
@@ -174,6 +161,7 @@ void EdgeQuery::list_again(const Frame& frame) {
                        fresh_begin_[i + 1] = found.size() - before;
                      }
                    });
+  leave_out_clusters();
   std::partial_sum(fresh_begin_.begin(), fresh_begin_.end(), fresh_begin_.begin());
   near_lists_.make_even_room();
   near_lists_.join(near_);
@@ -214,6 +202,15 @@ Index EdgeQuery::edge_of(const IndexPair& clusters, const NearEdge& near) const 
   return at(surface_.edges.values, at(surface_.edges.begin, cluster) + near.place);
 }
 
+/// Whether an edge meets a triangle of its own body only because tissue there is inverted or flat.
+bool EdgeQuery::is_folded(const Frame& frame, const Edge& ends, Index triangle) {
+  if (frame.bodies.body_of(ends) != frame.bodies.body_of(at(frame.bodies.triangles(), triangle)))
+    return false;
+  const Index tet = at(frame.bodies.triangle_tets(), triangle);
+  return std::ranges::any_of(ends,
+                             [&](Index end) { return is_fold(frame.bodies, frame.positions, end, tet); });
+}
+
 /// The cluster of the triangles near an edge.
 const Cluster& EdgeQuery::faced_by(const IndexPair& clusters, const NearEdge& near) const {
   return at(surface_.clusters.clusters, near.side == 0 ? clusters.second : clusters.first);
@@ -227,7 +224,9 @@ void EdgeQuery::test_exactly(const Frame& frame, const IndexPair& clusters, cons
   for (std::uint32_t left = near.touching; left != 0; left &= left - 1) {
     const Index triangle = triangles[static_cast<std::size_t>(std::countr_zero(left))];
     const std::array<Vec3, 3> x = corners_of(frame.positions, at(frame.bodies.triangles(), triangle));
-    if (segment_meets_triangle(at(frame.positions, ends[0]), at(frame.positions, ends[1]), x[0], x[1], x[2]))
+    if (segment_meets_triangle(at(frame.positions, ends[0]), at(frame.positions, ends[1]), x[0], x[1],
+                               x[2]) &&
+        !is_folded(frame, ends, triangle))
       found.push_back({edge, triangle});
   }
 }
@@ -253,7 +252,10 @@ void EdgeQuery::test_group(const Frame& frame, NearPair& pair, Group& group, Fac
                            std::vector<EdgeTriangle>& found) const {
   const auto& [a, b] = group.clusters;
   // Pairs that were listed now have not moved since.
-  if (pair.moved > 0.0) group.moved = rounding * (group.moved + furthest(at(motions_, a), at(motions_, b)));
+  if (group.moved == unknown_motion) {
+    group.moved = pair.moved;
+  } else if (pair.moved > 0.0)
+    group.moved = rounding * (group.moved + furthest(at(motions_, a), at(motions_, b)));
   if (group.moved < static_cast<double>(group.apart)) return;
   bool faces = false;
   group.apart = std::numeric_limits<float>::max();
@@ -282,34 +284,48 @@ void EdgeQuery::test_listed(const Frame& frame) {
   begin_.clear();
   make_room(begin_, pairs_.size() + 1);
   begin_.push_back(0);
-  for (const NearPair& pair : pairs_) begin_.push_back(begin_.back() + pair.groups.size());
+  for (const std::size_t i : order_) begin_.push_back(begin_.back() + pairs_[i].groups.size());
+  testing_.begin(frame.deadline, begin_.back(), groups_of_chunk);
   const std::size_t chunks = parallel::chunk_count(begin_.back(), groups_of_chunk);
   lists_.make_room_in_all(chunks + chunks / 2 + 1, 4 * groups_of_chunk);
   lists_.fill(frame.threads, begin_.back(), groups_of_chunk,
               [&](std::size_t begin, std::size_t end, std::vector<EdgeTriangle>& found) {
+                if (testing_.skips(begin)) return;
                 FacingClusters facing(frame.facing);
-                auto pair =
+                auto place =
                     static_cast<std::size_t>(std::ranges::upper_bound(begin_, begin) - begin_.begin()) - 1;
                 for (std::size_t group = begin; group < end; ++group) {
-                  while (group >= begin_[pair + 1]) ++pair;
-                  test_group(frame, pairs_[pair], pairs_[pair].groups[group - begin_[pair]], facing, found);
+                  while (group >= begin_[place + 1]) ++place;
+                  NearPair& pair = pairs_[order_[place]];
+                  test_group(frame, pair, pair.groups[group - begin_[place]], facing, found);
                 }
               });
   lists_.append(found_, chunks);
+  leave_out_groups();
 }
 
 void EdgeQuery::find(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
-                     const PairFilter& may_touch, const ContactTable& contacts) {
+                     const PairFilter& may_touch, const ContactTable& contacts, const Deadline& deadline) {
+  is_timed_ = deadline.exists();
+  work_.all = work_.late = 0;
+  work_.late_pairs.clear();
   const double unit = power_of_two(follow(threads, positions));
-  const Frame frame{threads,   bodies,   positions,
-                    may_touch, contacts, {surface_, blocks_, positions, boxes_, unit}};
+  const Frame frame{threads,
+                    bodies,
+                    positions,
+                    may_touch,
+                    contacts,
+                    deadline,
+                    {surface_, blocks_, positions, boxes_, unit}};
   pair_bodies(frame);
+  order_pairs();
   list_again(frame);
   take_lists();
   make_room(found_, contacts.size());
   test_fresh(frame);
   test_listed(frame);
   std::ranges::sort(found_, {}, [](const EdgeTriangle& hit) { return std::pair(hit.edge, hit.triangle); });
+  end_pairs(bodies);
 }
 
 }  // namespace palpate

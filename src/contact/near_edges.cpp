@@ -34,6 +34,9 @@ void FacingClusters::face(Index first, Index second) {
   }
   clusters_[1] = second;
   read_points(1);
+  const std::vector<Cluster>& clusters = frame_.surface.clusters.clusters;
+  of_one_body_ = at(clusters, first).body == at(clusters, second).body;
+  if (of_one_body_) find_common_points();
   placed_ = placed_block_ = none;
   // No coordinate is larger than `extent`. In units in its last place, a distance along a direction has an
   // error of at most 35 by its two projections and 20 by its division and root.
@@ -55,6 +58,23 @@ void FacingClusters::read_points(std::size_t side) {
     local.y[i] = static_cast<float>(x.y);
     local.z[i] = static_cast<float>(x.z);
     ++i;
+  }
+}
+
+/// Finds the triangles of each cluster at the points of the other one.
+void FacingClusters::find_common_points() {
+  const Clusters& all = frame_.surface.clusters;
+  for (std::size_t side = 0; side < 2; ++side) {
+    const Cluster& other = at(all.clusters, clusters_[1 - side]);
+    const std::span<const Index> others = all.points_of(other);
+    const std::span<const std::uint16_t> triangles =
+        std::span(all.at_point).subspan(static_cast<std::size_t>(other.first_point), other.points);
+    std::size_t j = 0;
+    std::size_t i = 0;
+    for (const Index p : all.points_of(at(all.clusters, clusters_[side]))) {
+      while (j < others.size() && others[j] < p) ++j;
+      at_point_[side][i++] = j < others.size() && others[j] == p ? triangles[j] : std::uint16_t{0};
+    }
   }
 }
 
@@ -105,6 +125,11 @@ std::uint32_t FacingClusters::place_edges(std::size_t side, std::size_t block, c
 
 void FacingClusters::test(std::size_t side, std::size_t block, std::size_t lane, std::uint32_t facing,
                           std::vector<NearEdge>& found) const {
+  if (of_one_body_) {
+    const simd::CornerPlaces<2>& ends = frame_.blocks.of(clusters_[side])[block];
+    facing &= ~std::uint32_t{at_point_[side][ends[0][lane]]} & ~std::uint32_t{at_point_[side][ends[1][lane]]};
+    if (facing == 0) return;
+  }
   const simd::NearTriangles near =
       simd::find_near_triangles(triangles_, facing, segments_, lane, margin_, rounding_);
   if (near.near != 0) found.push_back(edge_of(side, block, lane, near));

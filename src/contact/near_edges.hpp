@@ -15,7 +15,8 @@
 
 namespace palpate {
 
-/// An edge of one of two clusters, and the triangles of the other one that are near it.
+/// An edge of one of two clusters, and the triangles of the other one that are near it and share no point
+/// with it.
 struct NearEdge {
   std::uint8_t side;       ///< 0: an edge of the first cluster, 1: of the second
   std::uint8_t place;      ///< index among the edges of its cluster
@@ -39,7 +40,8 @@ class EdgeBlocks {
 };
 
 /// The surfaces of two clusters at the positions of a detection: tests edges of each against triangles of the
-/// other by distances in float. An edge and a triangle that meet are always near and touching.
+/// other by distances in float. An edge and a triangle that meet are always near and touching, except if they
+/// share a point. The clusters may be of one body; a cluster may face itself.
 class FacingClusters {
  public:
   struct Frame {
@@ -60,7 +62,8 @@ class FacingClusters {
   template <class Wanted>
   void list(double margin, Wanted&& wanted, std::vector<NearEdge>& found) {
     if (!find_common_part(margin)) return;
-    for (const std::size_t side : {std::size_t{0}, std::size_t{1}}) {
+    const std::size_t sides = clusters_[0] == clusters_[1] ? 1 : 2;
+    for (std::size_t side = 0; side < sides; ++side) {
       const std::uint32_t facing = place_triangles(side);
       const std::size_t blocks = facing == 0 ? 0 : frame_.blocks.of(clusters_[side]).size();
       for (std::size_t block = 0; block < blocks; ++block) {
@@ -79,6 +82,7 @@ class FacingClusters {
   static constexpr std::size_t lanes = Cluster::most_primitives;
   static constexpr std::size_t none = ~std::size_t{0};
   void read_points(std::size_t side);
+  void find_common_points();
   bool find_common_part(double margin);
   std::uint32_t place_triangles(std::size_t side);
   std::uint32_t place_edges(std::size_t side, std::size_t block, const simd::FloatBox& box);
@@ -91,6 +95,9 @@ class FacingClusters {
   std::array<Index, 2> clusters_{-1, -1};
   Vec3 origin_;  ///< the middle of the first cluster
   std::array<simd::LocalPoints, 2> points_;
+  bool of_one_body_ = false;
+  /// [side][point of its cluster] bits of the other cluster's triangles with that corner, if of one body.
+  std::array<std::array<std::uint16_t, Cluster::most_points>, 2> at_point_{};
   float rounding_ = 0.0F;      ///< bound of the errors of distances, in units
   float margin_ = 0.0F;        ///< in units
   simd::FloatBox of_facing_;   ///< of the triangles there, grown by the margin

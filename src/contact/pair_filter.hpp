@@ -29,12 +29,15 @@ struct PairFilter {
   [[nodiscard]] bool bodies(Index a, Index b) const {
     return (at(immovable, a) == 0 || at(immovable, b) == 0) && !ignores(a, b);
   }
+  /// Whether a body can touch itself.
+  [[nodiscard]] bool itself(Index body) const {
+    return !self_collision.empty() && at(self_collision, body) != 0 && at(immovable, body) == 0;
+  }
   /// \param a  body of the point
   /// \param b  body of the tet
   [[nodiscard]] bool operator()(Index a, Index b, Index point, const Tet& tet) const {
     if (a != b) return bodies(a, b);
-    return at(self_collision, a) != 0 && at(immovable, a) == 0 &&
-           std::find(tet.begin(), tet.end(), point) == tet.end();
+    return itself(a) && std::find(tet.begin(), tet.end(), point) == tet.end();
   }
 };
 

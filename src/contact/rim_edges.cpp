@@ -33,6 +33,7 @@ bool RimEdgeSearch::find(const Frame& frame, Index c, Index edge, RimEdge& found
   const Vec3& a = at(frame.positions, ends[0]);
   const EdgeLine line{.x = a,
                       .d = normalized(at(frame.positions, ends[1]) - a),
+                      .ends = ends,
                       .outward = outward_of_edge(frame.bodies, frame.positions, edge),
                       .slack = frame.reach};
   const bool is_link = found.contacts[0] >= 0 && found.contacts[1] >= 0;
@@ -52,6 +53,8 @@ bool RimEdgeSearch::find_border(const Frame& frame, Index c, const EdgeLine& lin
       exit_ahead(frame.bodies, frame.positions, at(contacts.tet, c), from, normalized(out - from), whole);
   if (!ahead.leaves()) return false;
   found.triangle = frame.bodies.triangle_of_face(ahead.tet, ahead.opposite);
+  for (const Index corner : at(frame.bodies.triangles(), found.triangle))  // of the same body, at the edge
+    if (corner == ends[0] || corner == ends[1]) return false;
   const double part = ahead.distance / whole;
   found.parameter = first_inside ? part : 1.0 - part;
   const LineExit exit =

@@ -29,6 +29,10 @@ LineExit exit_over(const Vec3& a, const Vec3& b, const Vec3& third) {
   return {distance, normalized(outward)};
 }
 
+bool has_end(const Triangle& triangle, const Edge& edge) {
+  return std::ranges::any_of(triangle, [&](Index p) { return p == edge[0] || p == edge[1]; });
+}
+
 }  // namespace
 
 bool SilhouetteSearch::has_reached(Index triangle) const {
@@ -44,6 +48,8 @@ void SilhouetteSearch::look_at(const Bodies& bodies, std::span<const Vec3> posit
     const auto place = [&](std::size_t k) { return across(at(positions, corners[k]) - line.x, line.d); };
     const LineExit exit = exit_over(place((i + 1) % 3), place((i + 2) % 3), place(i));
     if (exit.distance >= best.bound) continue;
+    // A line of the same body: an exit to the surface at the edge itself is none.
+    if (other >= 0 && has_end(at(bodies.triangles(), other), line.ends)) continue;
     const bool goes_on =
         other >= 0 && (dot(area_vector(positions, at(bodies.triangles(), other)), line.d) > 0.0) == ahead_;
     if (!goes_on) {

@@ -15,10 +15,11 @@ struct LineExit {
   Vec3 direction;  ///< unit, across the line: after moving by the distance along it, the line only touches
 };
 
-/// A straight line that is an edge of another body.
+/// A straight line that is an edge of another body, or of another part of the same one.
 struct EdgeLine {
   Vec3 x;              ///< a point of it
   Vec3 d;              ///< unit
+  Edge ends;           ///< its points
   Vec3 outward;        ///< sum of the normals of its body's triangles there
   double slack = 0.0;  ///< m, see allowance()
 

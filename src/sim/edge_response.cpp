@@ -161,7 +161,6 @@ void EdgeResponse::add_rim_edges(const Frame& frame, std::size_t contact, RimEdg
   const Contacts& contacts = frame.table.contacts();
   const Index point = contacts.point[contact];
   const Index body = contacts.body[contact];
-  if (at(frame.bodies.body_of_point(), point) == body) return;
   const RimEdgeSearch::Frame places{frame.bodies, frame.positions, frame.table, frame.rules.rim_reach(body)};
   for (const Index edge : frame.bodies.point_edges()[point]) {
     if (at(frame.bodies.edge_triangles(), edge)[0] < 0) continue;

@@ -73,7 +73,6 @@ void PairSupport::measure(const Bodies& bodies, std::span<const Vec3> positions,
   pairs_.clear();
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     const Index own = at(bodies.body_of_point(), contacts.point[c]);
-    if (own == contacts.body[c]) continue;
     const Pair pair(std::min(own, contacts.body[c]), std::max(own, contacts.body[c]));
     const Vec3& x = at(positions, contacts.point[c]);
     auto place = std::ranges::lower_bound(pairs_, pair, {}, &Support::pair);

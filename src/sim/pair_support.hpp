@@ -22,7 +22,7 @@ class PairSupport {
  public:
   /// \param scales  (n_contacts) rim falloff of each, 0 to 1
   ///
-  /// O(contacts log pairs). Contacts of a body with itself do not count.
+  /// O(contacts log pairs). All contacts of a body with itself are one pair.
   void measure(const Bodies& bodies, std::span<const Vec3> positions, const Contacts& contacts,
                std::span<const double> scales);
   /// Lack of support of a pair. 0: points support the pair; 1: no point does, or all supporting points are on

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "contact/swept_sides.hpp"
 #include "geometry/triangle.hpp"
 #include "room.hpp"
 
@@ -15,18 +16,12 @@ constexpr double tolerance_of_edge = 1e-6;
 /// Margin relative to the local thickness: a pair is stopped this far before the touch, and counts as passed
 /// this far beyond it.
 constexpr double margin_of_thickness = 0.02;
-/// Depth of points, and of edges, relative to the local thickness, up to which the contacts at the end of the
-/// step are enough.
-constexpr double deepest_point = 0.1;
-constexpr double deepest_edge = 0.02;
 /// Depth, relative to the least local thickness of the body, up to which contacts of the start of the step
 /// are separated for the search: their nearest exit is on the side from which they came.
 constexpr double most_separated = 0.25;
 /// Length of the displacement that separates them, relative to the depth: the direction may be oblique to the
 /// surface.
 constexpr double separation = 1.5;
-/// Tolerance (a cosine) for a direction that is outside the range of normals at an edge.
-constexpr double most_outside = 0.1;
 /// Upper bound of the first stiffness, relative to that of other contacts.
 constexpr double most_first_stiffness = 100.0;
 /// How often a pair is stopped in a step at most. Each stop is ten times as stiff as the one before; more
@@ -35,23 +30,18 @@ constexpr std::ptrdiff_t most_stops = 6;
 /// Cosine of the angle up to which a stop repeats an earlier one. The primitives may rotate from one solve to
 /// the next; then the earlier law did not fail, but acts in another direction.
 constexpr double same_direction = 0.9;
-/// Sine of the angle between two edges below which they count as parallel.
-constexpr double least_sine = 0.1;
 
 double mean_edge(const Bodies& bodies) {
   return bodies.edges().empty() ? 0.0 : mesh_statistics(bodies, bodies.points_rest()).edge_length.mean;
 }
 
-/// Position of a point at a time of the step, in [0, 1].
-Vec3 place(const PredictedStep& step, Index point, double time) {
-  const Vec3& from = at(step.start, point);
-  return from + time * (at(step.end, point) - from);
-}
-
 }  // namespace
 
 SweptResponse::SweptResponse(const Bodies& bodies)
-    : bodies_(bodies), query_(bodies), tolerance_(tolerance_of_edge * mean_edge(bodies)) {}
+    : bodies_(bodies),
+      query_(bodies),
+      exits_(bodies, query_.thickness()),
+      tolerance_(tolerance_of_edge * mean_edge(bodies)) {}
 
 std::span<const StopOfPassing> SweptResponse::find(const parallel::Threads& threads,
                                                    const PredictedStep& step, const PairFilter& filter,
@@ -65,8 +55,9 @@ std::span<const StopOfPassing> SweptResponse::find(const parallel::Threads& thre
   if (query_.counts().body_pairs == 0) return stops_;
   const std::span<const Vec3> from = separated(step.start);
   const PredictedStep path{from, step.end, step.velocities, step.time_step, step.contacts};
+  exits_.set_end(step.contacts);
   for (const SweptContact& contact : query_.find(threads, step.start, from, step.end, filter, settings()))
-    if (enters(contact, path)) add(contact, path, step.start, response);
+    if (enters(contact, {bodies_, from, step.end})) add(contact, path, step.start, response);
   add_sinking(step, response, contacts);
   const auto before = static_cast<std::ptrdiff_t>(stopped_.size());
   make_room(stopped_, stopped_.size() + now_.size());
@@ -86,77 +77,6 @@ SweptResponse::Key SweptResponse::key_of(const SweptContact& contact) const {
   const bool of_edges = contact.kind == SweptKind::edge_edge;
   return {contact.kind, contact.first,
           of_edges ? contact.second : bodies_.body_of(at(bodies_.triangles(), contact.second))};
-}
-
-/// Whether one primitive comes from outside of the other's body. When two closed surfaces first meet, the
-/// direction leads out of both. Once they overlap, parts of them come from inside.
-bool SweptResponse::enters(const SweptContact& contact, const PredictedStep& step) const {
-  if (contact.direction == Vec3{}) return false;
-  if (contact.kind == SweptKind::edge_edge) {
-    return is_left_by(contact, contact.second, contact.direction, step) &&
-           is_left_by(contact, contact.first, -contact.direction, step);
-  }
-  std::array<Vec3, 3> x;
-  for (std::size_t i = 0; i < 3; ++i)
-    x[i] = place(step, at(bodies_.triangles(), contact.second)[i], contact.time);
-  return dot(contact.direction, area_vector(x)) > 0.0;
-}
-
-/// Whether a direction leads out of the body at an edge: it points into neither of the edge's triangles.
-bool SweptResponse::is_left_by(const SweptContact& contact, Index edge, const Vec3& direction,
-                               const PredictedStep& step) const {
-  const Edge& ends = at(bodies_.edges(), edge);
-  const Vec3 from = place(step, ends[0], contact.time);
-  const Vec3 along = normalized(place(step, ends[1], contact.time) - from);
-  const auto into = [&](Index triangle) {
-    for (const Index corner : at(bodies_.triangles(), triangle)) {
-      if (corner == ends[0] || corner == ends[1]) continue;
-      const Vec3 away = place(step, corner, contact.time) - from;
-      return dot(direction, normalized(away - dot(away, along) * along));
-    }
-    return 0.0;
-  };
-  return std::ranges::all_of(at(bodies_.edge_triangles(), edge),
-                             [&](Index t) { return t < 0 || into(t) <= most_outside; });
-}
-
-/// Whether a contact at the end of the step pushes back to the side of entry. It must be shallow, for edges
-/// almost zero: an edge that passes a little now starts the next step on the wrong side.
-/// \param back    direction of the side of entry at the end of the step
-/// \param beyond  distance beyond the touch, m
-/// \param thick   local thickness, m
-/// \param before  part of `beyond` that is older than the step, m: a pair that was deeper already may stay so
-bool SweptResponse::has_exit_back(const SweptContact& contact, const Vec3& back, const ContactTable& contacts,
-                                  double beyond, double before, double thick) const {
-  const double deepest = std::max(deepest_point * thick, before + deepest_edge * thick);
-  const auto leads = [&](Index point, Index body, const Vec3& direction) {
-    const Index row = contacts.find(point, body);
-    return row >= 0 && dot(at(contacts.contacts().direction, row), direction) > 0.0 &&
-           at(contacts.contacts().depth, row) <= deepest;
-  };
-  if (contact.kind == SweptKind::point_triangle) {
-    const Index body = bodies_.body_of(at(bodies_.triangles(), contact.second));
-    return beyond <= deepest && leads(contact.first, body, back);
-  }
-  const Edge& a = at(bodies_.edges(), contact.first);
-  const Edge& b = at(bodies_.edges(), contact.second);
-  const EdgeContacts& edges = contacts.edges();
-  const auto passes = [&](Index edge, Index body, const Vec3& direction) {
-    const auto [first, last] = std::ranges::equal_range(edges.edge, edge);
-    for (auto row = static_cast<std::size_t>(first - edges.edge.begin());
-         row < static_cast<std::size_t>(last - edges.edge.begin()); ++row) {
-      if (edges.body[row] == body && dot(edges.direction[row], direction) > 0.0 &&
-          edges.depth[row] <= deepest)
-        return true;
-    }
-    return false;
-  };
-  if (beyond <= deepest &&
-      (passes(contact.first, bodies_.body_of(b), back) || passes(contact.second, bodies_.body_of(a), -back)))
-    return true;
-  if (beyond > before + deepest_edge * thick) return false;
-  return leads(a[0], bodies_.body_of(b), back) || leads(a[1], bodies_.body_of(b), back) ||
-         leads(b[0], bodies_.body_of(a), -back) || leads(b[1], bodies_.body_of(a), -back);
 }
 
 /// The first point belongs to the first body, the second point to the other.
@@ -193,49 +113,6 @@ double SweptResponse::thickness(const SweptContact& contact) const {
   return least;
 }
 
-/// The direction of a touch at the end of the step. Where a body rotates by a large angle within a step, the
-/// plane of the touch says nothing about its sides at the end.
-Vec3 SweptResponse::direction_at_end(const SweptContact& contact, const PredictedStep& step) const {
-  return contact.kind == SweptKind::edge_edge ? across_edges_at_end(contact, step)
-                                              : on_triangle_at_end(contact, step);
-}
-
-/// The direction rotates with the triangle.
-Vec3 SweptResponse::on_triangle_at_end(const SweptContact& contact, const PredictedStep& step) const {
-  const Triangle& corners = at(bodies_.triangles(), contact.second);
-  const auto axes = [&](double time) {
-    std::array<Vec3, 3> x;
-    for (std::size_t i = 0; i < 3; ++i) x[i] = place(step, corners[i], time);
-    const Vec3 along = normalized(x[1] - x[0]);
-    const Vec3 normal = normalized(area_vector(x));
-    return std::array<Vec3, 3>{along, cross(normal, along), normal};
-  };
-  const std::array<Vec3, 3> then = axes(contact.time);
-  const std::array<Vec3, 3> end = axes(1.0);
-  if (then[2] == Vec3{} || end[2] == Vec3{}) return contact.direction;
-  Vec3 rotated;
-  for (std::size_t i = 0; i < 3; ++i) rotated += dot(contact.direction, then[i]) * end[i];
-  return normalized(rotated);
-}
-
-/// The direction stays orthogonal to both edges. If it is not, or if they are almost parallel, it does not
-/// change.
-Vec3 SweptResponse::across_edges_at_end(const SweptContact& contact, const PredictedStep& step) const {
-  const auto across = [&](double time) {
-    const auto along = [&](Index edge) {
-      const Edge& ends = at(bodies_.edges(), edge);
-      return normalized(place(step, ends[1], time) - place(step, ends[0], time));
-    };
-    return cross(along(contact.first), along(contact.second));
-  };
-  const Vec3 then = across(contact.time);
-  const Vec3 end = across(1.0);
-  const double cosine = dot(contact.direction, normalized(then));
-  if (std::min(length(then), length(end)) < least_sine || std::abs(cosine) < same_direction)
-    return contact.direction;
-  return normalized(cosine < 0.0 ? -end : end);
-}
-
 /// \param step   whose paths begin where bodies do not overlap
 /// \param start  positions at the start of the step
 void SweptResponse::add(const SweptContact& contact, const PredictedStep& step, std::span<const Vec3> start,
@@ -245,11 +122,11 @@ void SweptResponse::add(const SweptContact& contact, const PredictedStep& step, 
   const double margin = margin_of_thickness * thick;
   const Vec3 relative = fem::relative(coupling, step.end);
   // What has gone through a body that rotates may be before the plane of entry again.
-  Vec3 direction = direction_at_end(contact, step);
+  Vec3 direction = direction_at_end(contact, {bodies_, step.start, step.end});
   if (dot(direction, relative) >= 0.0) direction = contact.direction;
   const double end = dot(direction, relative);
   const double before = overlap_before(contact, coupling, start);
-  if (!(end < 0.0) || has_exit_back(contact, direction, step.contacts, -end, before, thick)) return;
+  if (!(end < 0.0) || exits_.has_exit(contact, {direction, -end, before, thick})) return;
   add(key_of(contact),
       {coupling, direction, margin - before, margin - end, margin, contact.kind == SweptKind::edge_edge},
       step, response);
@@ -261,6 +138,7 @@ void SweptResponse::begin_step(std::span<const Vec3> positions, const ContactTab
   separated_.clear();
   list_ends(positions, contacts.edges());
   list_shifts(contacts);
+  exits_.begin_step(contacts);
 }
 
 void SweptResponse::list_ends(std::span<const Vec3> positions, const EdgeContacts& contacts) {

@@ -8,6 +8,7 @@
 #include <palpate/mesh.hpp>
 
 #include "contact/contact_table.hpp"
+#include "contact/exits_back.hpp"
 #include "contact/swept_query.hpp"
 #include "fem/contact_law.hpp"
 #include "fem/coupling.hpp"
@@ -83,15 +84,6 @@ class SweptResponse {
     bool of_edge;    ///< the first two points of the coupling are an edge
   };
   [[nodiscard]] Key key_of(const SweptContact& contact) const;
-  [[nodiscard]] bool enters(const SweptContact& contact, const PredictedStep& step) const;
-  [[nodiscard]] bool is_left_by(const SweptContact& contact, Index edge, const Vec3& direction,
-                                const PredictedStep& step) const;
-  [[nodiscard]] Vec3 on_triangle_at_end(const SweptContact& contact, const PredictedStep& step) const;
-  [[nodiscard]] Vec3 across_edges_at_end(const SweptContact& contact, const PredictedStep& step) const;
-  [[nodiscard]] Vec3 direction_at_end(const SweptContact& contact, const PredictedStep& step) const;
-  [[nodiscard]] bool has_exit_back(const SweptContact& contact, const Vec3& back,
-                                   const ContactTable& contacts, double beyond, double before,
-                                   double thick) const;
   [[nodiscard]] fem::Coupling coupling_of(const SweptContact& contact) const;
   [[nodiscard]] double thickness(const SweptContact& contact) const;
   void add(const SweptContact& contact, const PredictedStep& step, std::span<const Vec3> start,
@@ -114,6 +106,7 @@ class SweptResponse {
 
   const Bodies& bodies_;
   SweptQuery query_;
+  ExitsBack exits_;
   double tolerance_;
   /// An end of an edge contact of the start of the step.
   struct StartEnd {

@@ -170,7 +170,7 @@ TEST(BudgetOf, NoTimeIsSaidToo) {
   EXPECT_EQ(limited.counts().completeness, 1.0) << "the first is not limited";
   EXPECT_GT(limited.contacts().size(), 0U);
   limited.detect(bodies.points_rest());
-  EXPECT_EQ(limited.counts().completeness, 0.0);
+  EXPECT_LT(limited.counts().completeness, 0.1) << "only the first chunk of the search of edges";
   EXPECT_EQ(limited.contacts().size(), 0U);
   EXPECT_EQ(std::ranges::count(limited.late_bodies(), 1), 3);
 }

@@ -4,12 +4,13 @@
 #include <gtest/gtest.h>
 #include <map>
 #include <numbers>
-#include <set>
 #include <tuple>
+#include <utility>
 
 #include <palpate/detection.hpp>
 #include <palpate/error.hpp>
 
+#include "contact/rational_fold.hpp"
 #include "contact/scenes.hpp"
 #include "geometry/box.hpp"
 #include "geometry/vector.hpp"
@@ -31,14 +32,7 @@ constexpr std::array structures{Structure::uniform, Structure::compact, Structur
 /// One mesh of several, which share nothing.
 TetMesh joined(const std::vector<TetMesh>& parts) {
   TetMesh all;
-  for (const TetMesh& part : parts) {
-    const auto first = static_cast<Index>(all.points.size());
-    all.points.insert(all.points.end(), part.points.begin(), part.points.end());
-    for (Tet tet : part.tets) {
-      for (Index& corner : tet) corner += first;
-      all.tets.push_back(tet);
-    }
-  }
+  for (const TetMesh& part : parts) all = test::joined(std::move(all), part);
   return all;
 }
 
@@ -230,25 +224,6 @@ TEST(SelfContact, APointPushedThroughItsNeighboursIsAFoldAndNoContact) {
   EXPECT_EQ(detector.contacts().size(), 0U);
 }
 
-/// Whether tissue inside out brought a point into a tet, by the definition and in rational arithmetic.
-bool rational_fold(const Bodies& bodies, std::span<const Vec3> x, Index point, const Tet& tet) {
-  std::set<Index> near{point};
-  for (const Edge& edge : bodies.edges()) {
-    if (edge[0] == point) near.insert(edge[1]);
-    if (edge[1] == point) near.insert(edge[0]);
-  }
-  return std::any_of(bodies.tets().begin(), bodies.tets().end(), [&](const Tet& t) {
-    const auto in = [&](const auto& set) {
-      return std::any_of(t.begin(), t.end(),
-                         [&](Index c) { return std::find(set.begin(), set.end(), c) != set.end(); });
-    };
-    if (!in(tet) || !in(near)) return false;
-    const test::RationalVec o = test::rational(at(x, t[0]));
-    const auto side = [&](std::size_t i) { return test::minus(test::rational(at(x, t[i])), o); };
-    return test::determinant(side(1), side(2), side(3)) <= 0;
-  });
-}
-
 TEST(SelfContact, AgreesWithRationalArithmeticWhateverIsFoldedOrInsideOut) {
   std::size_t contacts = 0;
   std::size_t folds = 0;
@@ -274,7 +249,7 @@ TEST(SelfContact, AgreesWithRationalArithmeticWhateverIsFoldedOrInsideOut) {
         if (!test::rational_point_in_tet(at(x, p), at(x, tet[0]), at(x, tet[1]), at(x, tet[2]),
                                          at(x, tet[3])))
           continue;
-        if (rational_fold(bodies, x, p, tet))
+        if (test::rational_fold(bodies, x, p, tet))
           ++folded;
         else
           lowest.try_emplace(p, t);

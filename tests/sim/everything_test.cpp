@@ -25,7 +25,7 @@ TEST(Everything, ActsInTheScene) {
   EXPECT_GT(length(force_on(simulation, "jaw")), 1.0) << "the jaw has closed";
   EXPECT_GT(length(simulation.grab_force(0)), 0.05);
   run_to(simulation, 1.2);
-  EXPECT_GT(self_contacts(simulation).count, 5U);
+  EXPECT_GT(self_contacts(simulation).count, 1U) << "at rims, with the help of edges";
   EXPECT_LT(self_contacts(simulation).deepest, 0.002);
 
   const std::string hash = simulation.state_hash();

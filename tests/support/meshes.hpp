@@ -55,6 +55,17 @@ inline TetMesh ball_mesh(int cells, const Vec3& centre, double radius) {
   return mesh;
 }
 
+/// One mesh of two, which share nothing.
+inline TetMesh joined(TetMesh mesh, const TetMesh& other) {
+  const auto first = static_cast<Index>(mesh.points.size());
+  mesh.points.insert(mesh.points.end(), other.points.begin(), other.points.end());
+  for (Tet tet : other.tets) {
+    for (Index& corner : tet) corner += first;
+    mesh.tets.push_back(tet);
+  }
+  return mesh;
+}
+
 /// Rotates about an axis through the origin (Rodrigues).
 inline Vec3 rotated(const Vec3& p, const Vec3& axis, double angle) {
   const Vec3 n = normalized(axis);
