@@ -26,8 +26,8 @@ PLACES = {"planned": (-2.0, 7.0), "4 mm forward": (-2.0, 3.0), "4 mm lateral": (
 TETS = {"coarse": 12000, "middle": 24000, "fine": 48000}  # of all tissues
 PARTS = ["repair", "fracture"]  # of the study of meshes: the scene as it is, and its fracture with smoothed fat
 BORDER, HOLE = 1.0, 1.4  # mm, of the part `fracture`, middle mesh: triangles at the border of the hole, and over it
-PRESSURE = 530.0  # Pa, of this part: 4 mmHg, as in healthy orbits (Riemann, Foster & Kosmorsky 1999); the scene has 1000 Pa
-RAMP = 0.3  # s, of this pressure
+PRESSURES = {"repair": 1000.0, "fracture": 530.0}  # Pa: the scene's; 4 mmHg, as in healthy orbits (Riemann, Foster & Kosmorsky 1999)
+RAMP = 0.3  # s, of the pressure of the part `fracture`
 SOFT = "fat"
 
 
@@ -81,7 +81,7 @@ def change_mesh(scene, values):
     """The scene with other meshes; or its fracture with these, smoothed fat and a pressure that rises slowly."""
     for body in scene["bodies"]:
         if body["name"] != "plate":
-            body["mesh"] = os.path.join(values["meshes"], f"{body['name']}.vtu")
+            body["mesh"] = os.path.join(os.path.dirname(values["mesh"]), f"{body['name']}.vtu")
     if values["part"] == "repair":
         return
     scene["bodies"] = [body for body in scene["bodies"] if body["name"] != "plate"]
@@ -91,7 +91,7 @@ def change_mesh(scene, values):
     for region in soft["regions"]:
         region["material"]["elements"] = "linear"
     (load,) = soft["loads"]
-    load["pressure"] = -PRESSURE
+    load["pressure"] = -values["pressure"]
     load["ramp"] = {"times": [0, RAMP], "factors": [0, 1]}
     scene.pop("duration", None)  # of all stages
     scene["stages"] = [stage for stage in scene["stages"] if stage["name"] in ("intact", "fracture")]
@@ -153,7 +153,8 @@ def rank(rows):
 
 
 def study_meshes(folder, workers, names, parts):
-    samples = [{"part": part, "fineness": name, "meshes": str(make_meshes(folder, part, name))} for part in parts for name in names]
+    samples = [{"part": part, "fineness": name, "mesh": str(make_meshes(folder, part, name) / f"{SOFT}.vtu"), "pressure": PRESSURES[part]}
+               for part in parts for name in names]
     rows = runs(folder, samples, workers, change_mesh)
     done = [row for row in rows if row["status"] == "done"]
     for row in done:
