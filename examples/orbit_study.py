@@ -26,7 +26,7 @@ PLACES = {"planned": (-2.0, 7.0), "4 mm forward": (-2.0, 3.0), "4 mm lateral": (
 TETS = {"coarse": 12000, "middle": 24000, "fine": 48000}  # of all tissues
 PARTS = ["repair", "fracture"]  # of the study of meshes: the scene as it is, and its fracture with smoothed fat
 BORDER, HOLE = 1.0, 1.4  # mm, of the part `fracture`, middle mesh: triangles at the border of the hole, and over it
-PRESSURES = {"repair": 1000.0, "fracture": 530.0}  # Pa: the scene's; 4 mmHg, as in healthy orbits (Riemann, Foster & Kosmorsky 1999)
+PRESSURE = 530.0  # Pa, 4 mmHg, of the plans and of the part `fracture`: with the scene's 1000 Pa, fat of half the stiffness is torn
 RAMP = 0.3  # s, of the pressure of the part `fracture`
 SOFT = "fat"
 
@@ -66,15 +66,13 @@ def make_meshes(folder, part, fineness):
 
 
 def change(scene, values):
-    """Another plate, other meshes, tissue so many times as stiff. A retractor lifts stiffer tissue with more force."""
+    """Another plate and pressure, tissue so many times as stiff. A retractor lifts stiffer tissue with more force."""
     bodies = {body["name"]: body for body in scene["bodies"]}
-    bodies["plate"]["mesh"] = values.get("plate", bodies["plate"]["mesh"])
-    factor = values.get("stiffness", 1.0)
-    bodies[SOFT]["material"]["young_modulus"] *= factor
-    for stage in scene["stages"]:
-        for change_of_loads in stage.get("loads", ()):
-            for load in change_of_loads["loads"]:
-                load["pressure"] *= factor if load["pressure"] > 0 else 1.0
+    bodies["plate"]["mesh"] = values["plate"]
+    bodies[SOFT]["material"]["young_modulus"] *= values["stiffness"]
+    changes = [change_of_loads for stage in scene["stages"] for change_of_loads in stage.get("loads", ())]
+    for load in [load for loaded in [bodies[SOFT], *changes] for load in loaded["loads"]]:
+        load["pressure"] = values["stiffness"] * load["pressure"] if load["pressure"] > 0 else -values["pressure"]
 
 
 def change_mesh(scene, values):
@@ -114,7 +112,7 @@ def runs(folder, samples, workers, apply):
 
 
 def study_plans(folder, workers, shapes, places, factors):
-    samples = [{"shape": shape, "place": place, "stiffness": factor, "plate": str(make_plate(folder, shape, place))}
+    samples = [{"shape": shape, "place": place, "stiffness": factor, "pressure": PRESSURE, "plate": str(make_plate(folder, shape, place))}
                for shape in shapes for place in places for factor in factors]
     rows = runs(folder, samples, workers, change)
     ranked = rank(rows)
@@ -153,7 +151,7 @@ def rank(rows):
 
 
 def study_meshes(folder, workers, names, parts):
-    samples = [{"part": part, "fineness": name, "mesh": str(make_meshes(folder, part, name) / f"{SOFT}.vtu"), "pressure": PRESSURES[part]}
+    samples = [{"part": part, "fineness": name, "mesh": str(make_meshes(folder, part, name) / f"{SOFT}.vtu"), "pressure": PRESSURE}
                for part in parts for name in names]
     rows = runs(folder, samples, workers, change_mesh)
     done = [row for row in rows if row["status"] == "done"]
