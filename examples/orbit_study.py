@@ -23,12 +23,12 @@ SCENE = ROOT / "scenes" / "orbit-repair.json"
 PLATE = ["--size", "18,20", "--thickness", 0.5]  # mm; as in the scene
 SHAPES = {"bent": [], "flat": ["--flat"]}
 PLACES = {"planned": (-2.0, 7.0), "4 mm forward": (-2.0, 3.0), "4 mm lateral": (2.0, 7.0)}
-TETS = {"coarse": 12000, "middle": 24000, "fine": 48000}  # of all tissues
+TETS = {"coarse": 12000, "middle": 24000, "fine": 48000, "finest": 96000}  # of all tissues
 PARTS = ["repair", "fracture"]  # of the study of meshes: the scene as it is, and its fracture with smoothed fat
 BORDER, HOLE = 1.0, 1.4  # mm, of the part `fracture`, middle mesh: triangles at the border of the hole, and over it
 PRESSURE = 530.0  # Pa, 4 mmHg, of the plans and of the part `fracture`: with the scene's 1000 Pa, fat of half the stiffness is torn
 RAMP = 0.3  # s, of the pressure of the part `fracture`
-SOFT = "fat"
+SOFT, BULB = "fat", 1  # the body; the label of its region
 
 
 def find_command():
@@ -87,7 +87,7 @@ def change_mesh(scene, values):
     soft = next(body for body in scene["bodies"] if body["name"] == SOFT)
     soft["material"]["elements"] = "smoothed"
     for region in soft["regions"]:
-        region["material"]["elements"] = "linear"
+        region["material"]["elements"] = "linear" if region["label"] == BULB else "smoothed"
     (load,) = soft["loads"]
     load["pressure"] = -values["pressure"]
     load["ramp"] = {"times": [0, RAMP], "factors": [0, 1]}
