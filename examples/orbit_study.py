@@ -204,7 +204,8 @@ def chart_plans(file, ranked, rows):
         return
     figure, (places,) = made
     colors = {0.5: "#56b4e9", 1.0: "#000000", 2.0: "#d55e00"}
-    for axis, column, label, unit in zip(places, ("globe_off", "herniated"), ("globe off its place, mm", "herniated tissue, ml"), (1, 1e-3)):
+    shown = [("globe_off", "globe off its place, mm", 1, 1), ("herniated", "herniated tissue, ml", 1e-3, 0.1)]
+    for axis, (column, label, unit, least) in zip(places, shown):
         for height, plan in enumerate(reversed(ranked)):
             own = [row for row in rows if row["status"] == "done" and f"{row['shape']}, {row['place']}" == plan["plan"]]
             values = [unit * row[column] for row in own]
@@ -212,10 +213,10 @@ def chart_plans(file, ranked, rows):
                 axis.plot([min(values), max(values)], [height, height], color="0.75", linewidth=3, zorder=1)
             for row, value in zip(own, values):
                 axis.scatter(value, height, s=36, color=colors.get(row["stiffness"], "0.4"), zorder=2,
-                             label=f"fat {row['stiffness']:g} times as stiff" if height == 0 else None)
+                             label=f"fat, {row['stiffness']:g} times as stiff" if height == 0 else None)
         axis.set_yticks(range(len(ranked)), [plan["plan"] for plan in reversed(ranked)] if axis is places[0] else [])
         axis.set_xlabel(label)
-        axis.set_xlim(left=0)
+        axis.set_xlim(0, max(least, axis.get_xlim()[1]))
         axis.grid(axis="x", color="0.9")
     places[0].legend(frameon=False, fontsize=8)
     figure.savefig(file, dpi=120)
