@@ -1,7 +1,7 @@
 """Which plate for this broken orbital floor, and does the answer depend on the mesh? Two studies of scenes/orbit-repair.json.
 
     ./dev python examples/orbit_study.py plans FOLDER     two shapes of the plate at three places, tissue of three stiffnesses
-    ./dev python examples/orbit_study.py meshes FOLDER    the same repair with three meshes of the same label map
+    ./dev python examples/orbit_study.py meshes FOLDER    the repair with three meshes of the same label map; the fracture also with smoothed tets
 
 Each writes a table (.csv, .json) and a chart (.png) to FOLDER. Finished runs are kept there: a study that was interrupted
 continues where it was. docs/orbit.md shows what comes out.
@@ -23,8 +23,12 @@ SCENE = ROOT / "scenes" / "orbit-repair.json"
 PLATE = ["--size", "18,20", "--thickness", 0.5]  # mm; as in the scene
 SHAPES = {"bent": [], "flat": ["--flat"]}
 PLACES = {"planned": (-2.0, 7.0), "4 mm forward": (-2.0, 3.0), "4 mm lateral": (2.0, 7.0)}
-TETS = {"coarse": 12000, "middle": 24000, "fine": 48000}
-SOFT = "fat"
+TETS = {"coarse": 12000, "middle": 24000, "fine": 48000, "finest": 96000}  # of all tissues
+PARTS = ["repair", "fracture"]  # of the study of meshes: the scene as it is, and its fracture with smoothed fat
+BORDER, HOLE = 1.0, 1.4  # mm, of the part `fracture`, middle mesh: triangles at the border of the hole, and over it
+PRESSURE = 530.0  # Pa, 4 mmHg, of the plans and of the part `fracture`: with the scene's 1000 Pa, fat of half the stiffness is torn
+RAMP = 0.3  # s, of the pressure of the part `fracture`
+SOFT, BULB = "fat", 1  # the body; the label of its region
 
 
 def find_command():
@@ -48,31 +52,48 @@ def make_plate(folder, shape, place):
     return file
 
 
-def make_meshes(folder, fineness):
-    """The bodies of the label map with so many tets; the folder of their files."""
+def make_meshes(folder, part, fineness):
+    """The bodies of the label map with so many tets; the folder of their files. All sizes scale with the tets."""
     labels = folder / "orbit.seg.nrrd"
-    out = folder / "meshes" / fineness
+    out = folder / "meshes" / f"{part}-{fineness}"
     folder.mkdir(parents=True, exist_ok=True)
     call("generate", "orbit-labels", "--out", labels)
+    scale = (TETS["middle"] / TETS[fineness]) ** (1 / 3)
+    sizes = ["--size", f"floor:fragment={BORDER * scale:.3g}", "--size", f"fat:fragment={HOLE * scale:.3g}"] if part == "fracture" else []
     call("mesh", labels, "--conforming", "--rigid", "bone", "--rigid", "floor", "--rigid", "fragment", "--relation",
-         "fat:floor=slides", "--relation", "fat:fragment=slides", "--tets", TETS[fineness], "--out", out, "--quiet")
+         "fat:floor=slides", "--relation", "fat:fragment=slides", "--tets", TETS[fineness], *sizes, "--out", out, "--quiet")
     return out
 
 
 def change(scene, values):
-    """Another plate, other meshes, tissue so many times as stiff. A retractor lifts stiffer tissue with more force."""
+    """Another plate and pressure, tissue so many times as stiff. A retractor lifts stiffer tissue with more force."""
     bodies = {body["name"]: body for body in scene["bodies"]}
-    bodies["plate"]["mesh"] = values.get("plate", bodies["plate"]["mesh"])
-    factor = values.get("stiffness", 1.0)
-    bodies[SOFT]["material"]["young_modulus"] *= factor
-    for stage in scene["stages"]:
-        for change_of_loads in stage.get("loads", ()):
-            for load in change_of_loads["loads"]:
-                load["pressure"] *= factor if load["pressure"] > 0 else 1.0
-    if "meshes" in values:
-        for body in scene["bodies"]:
-            if body["name"] != "plate":
-                body["mesh"] = os.path.join(values["meshes"], f"{body['name']}.vtu")
+    bodies["plate"]["mesh"] = values["plate"]
+    bodies[SOFT]["material"]["young_modulus"] *= values["stiffness"]
+    changes = [change_of_loads for stage in scene["stages"] for change_of_loads in stage.get("loads", ())]
+    for load in [load for loaded in [bodies[SOFT], *changes] for load in loaded["loads"]]:
+        load["pressure"] = values["stiffness"] * load["pressure"] if load["pressure"] > 0 else -values["pressure"]
+
+
+def change_mesh(scene, values):
+    """The scene with other meshes; or its fracture with these, smoothed fat and a pressure that rises slowly."""
+    for body in scene["bodies"]:
+        if body["name"] != "plate":
+            body["mesh"] = os.path.join(os.path.dirname(values["mesh"]), f"{body['name']}.vtu")
+    if values["part"] == "repair":
+        return
+    scene["bodies"] = [body for body in scene["bodies"] if body["name"] != "plate"]
+    scene["outcomes"] = [outcome for outcome in scene["outcomes"] if not outcome["name"].startswith("plate")]
+    soft = next(body for body in scene["bodies"] if body["name"] == SOFT)
+    soft["material"]["elements"] = "smoothed"
+    for region in soft["regions"]:
+        region["material"]["elements"] = "linear" if region["label"] == BULB else "smoothed"
+    (load,) = soft["loads"]
+    load["pressure"] = -values["pressure"]
+    load["ramp"] = {"times": [0, RAMP], "factors": [0, 1]}
+    scene.pop("duration", None)  # of all stages
+    scene["stages"] = [stage for stage in scene["stages"] if stage["name"] in ("intact", "fracture")]
+    scene["stages"][1]["loads"] = [{"body": SOFT, "loads": [load]}]
 
 
 def tets(simulation):
@@ -81,8 +102,9 @@ def tets(simulation):
     return {"tets": body.tets.stop - body.tets.start}
 
 
-def runs(folder, samples, workers):
-    rows = palpate.sweep_rows(SCENE, samples, apply=change, measure=tets, folder=folder, workers=workers, retry_failed=True)
+def runs(folder, samples, workers, apply):
+    threads = max(1, (os.cpu_count() or 1) // (workers or os.cpu_count() or 1))
+    rows = palpate.sweep_rows(SCENE, samples, apply=apply, measure=tets, folder=folder, workers=workers, threads=threads, retry_failed=True)
     for row in rows:
         if row["status"] != "done":
             print(f"FAILED {row['error']}", file=sys.stderr)
@@ -90,9 +112,9 @@ def runs(folder, samples, workers):
 
 
 def study_plans(folder, workers, shapes, places, factors):
-    samples = [{"shape": shape, "place": place, "stiffness": factor, "plate": str(make_plate(folder, shape, place))}
+    samples = [{"shape": shape, "place": place, "stiffness": factor, "pressure": PRESSURE, "plate": str(make_plate(folder, shape, place))}
                for shape in shapes for place in places for factor in factors]
-    rows = runs(folder, samples, workers)
+    rows = runs(folder, samples, workers, change)
     ranked = rank(rows)
     write(folder / "plans", rows, {"ranked": ranked})
     print(f"{'plan':22} {'globe off, mm':>16} {'herniated, ml':>14} {'plate, N':>9}  remarks")
@@ -128,19 +150,30 @@ def rank(rows):
     return sorted(ranked, key=lambda plan: (bool(plan["remarks"]), plan["mean"]))
 
 
-def study_meshes(folder, workers, names):
-    samples = [{"fineness": name, "meshes": str(make_meshes(folder, name))} for name in names]
-    rows = runs(folder, samples, workers)
-    write(folder / "meshes", rows, {})
-    shown = ["fracture.globe_down", "fracture.herniated", "globe_down", "plate_force", "plate_area"]
-    print(f"{'mesh':8} {'tets':>7} " + " ".join(f"{name:>20}" for name in shown))
-    for row in rows:
-        if row["status"] == "done":
-            print(f"{row['fineness']:8} {row['tets']:7} " + " ".join(f"{row[name]:20.5g}" for name in shown))
+def study_meshes(folder, workers, names, parts):
+    samples = [{"part": part, "fineness": name, "mesh": str(make_meshes(folder, part, name) / f"{SOFT}.vtu"), "pressure": PRESSURE}
+               for part in parts for name in names]
+    rows = runs(folder, samples, workers, change_mesh)
     done = [row for row in rows if row["status"] == "done"]
-    if len(done) > 1:
-        print("finer to finest " + " ".join(f"{100 * (done[-2][n] / done[-1][n] - 1) if done[-1][n] else 0:+19.1f}%" for n in shown))
-    chart_meshes(folder / "meshes.png", done, shown)
+    for row in done:
+        for stage in ("fracture", "release"):
+            for name in ("herniated", "orbit_volume"):
+                if f"{stage}.{name}" in row:
+                    row[f"{stage}.{name}_change"] = row[f"{stage}.{name}"] - row[f"intact.{name}"]
+    write(folder / "meshes", rows, {})
+    after = ["globe_down", "globe_back", "globe_off", "orbit_volume_change"]
+    fracture = [f"fracture.{name}" for name in [*after, "herniated_change"]]
+    groups = [("after the repair", "repair", [f"release.{name}" for name in [*after, "plate_force", "plate_area"]]),
+              ("after the fracture, linear tets", "repair", fracture), ("after the fracture, smoothed fat", "fracture", fracture)]
+    for title, part, shown in groups:
+        own = [row for row in done if row["part"] == part]
+        if not own:
+            continue
+        print(f"\n{title:20}" + " ".join(f"{row['fineness']:>12}" for row in own) + "  finer to finest")
+        for name in ["tets", "most_inverted_tets", "steps_not_converged", *shown]:
+            difference = f"{100 * (own[-2][name] / own[-1][name] - 1):+12.1f} %" if len(own) > 1 and name in shown and own[-1][name] else ""
+            print(f"{name.split('.')[-1]:20}" + " ".join(f"{row[name]:12.5g}" for row in own) + difference)
+    chart_meshes(folder / "meshes.png", done, groups)
 
 
 def write(stem, rows, more):
@@ -171,7 +204,8 @@ def chart_plans(file, ranked, rows):
         return
     figure, (places,) = made
     colors = {0.5: "#56b4e9", 1.0: "#000000", 2.0: "#d55e00"}
-    for axis, column, label, unit in zip(places, ("globe_off", "herniated"), ("globe off its place, mm", "herniated tissue, ml"), (1, 1e-3)):
+    shown = [("globe_off", "globe off its place, mm", 1, 1), ("herniated", "herniated tissue, ml", 1e-3, 0.1)]
+    for axis, (column, label, unit, least) in zip(places, shown):
         for height, plan in enumerate(reversed(ranked)):
             own = [row for row in rows if row["status"] == "done" and f"{row['shape']}, {row['place']}" == plan["plan"]]
             values = [unit * row[column] for row in own]
@@ -179,28 +213,33 @@ def chart_plans(file, ranked, rows):
                 axis.plot([min(values), max(values)], [height, height], color="0.75", linewidth=3, zorder=1)
             for row, value in zip(own, values):
                 axis.scatter(value, height, s=36, color=colors.get(row["stiffness"], "0.4"), zorder=2,
-                             label=f"fat {row['stiffness']:g} times as stiff" if height == 0 else None)
+                             label=f"fat, {row['stiffness']:g} times as stiff" if height == 0 else None)
         axis.set_yticks(range(len(ranked)), [plan["plan"] for plan in reversed(ranked)] if axis is places[0] else [])
         axis.set_xlabel(label)
-        axis.set_xlim(left=0)
+        axis.set_xlim(0, max(least, axis.get_xlim()[1]))
         axis.grid(axis="x", color="0.9")
     places[0].legend(frameon=False, fontsize=8)
     figure.savefig(file, dpi=120)
 
 
-def chart_meshes(file, rows, shown):
-    made = axes(7.0, 3.6, 1)
-    if made is None or len(rows) < 2:
+def chart_meshes(file, rows, groups):
+    made = axes(11.0, 3.6, len(groups))
+    if made is None:
         return
-    figure, ((axis,),) = made
-    for name in shown:
-        if rows[-1][name]:
-            axis.plot([row["tets"] for row in rows], [row[name] / rows[-1][name] for row in rows], marker="o", label=name)
-    axis.axhspan(0.95, 1.05, color="0.92", zorder=0)
-    axis.set_xlabel("tets of the soft tissue")
-    axis.set_ylabel("outcome over that of the finest mesh")
-    axis.legend(frameon=False, fontsize=8)
-    figure.savefig(file, dpi=120)
+    figure, (places,) = made
+    for axis, (title, part, shown) in zip(places, groups):
+        own = [row for row in rows if row["part"] == part]
+        for name in shown:
+            if own and own[-1][name]:
+                axis.plot([row["tets"] / 1000 for row in own], [row[name] / own[-1][name] for row in own], marker="o",
+                          label=name.split(".")[-1])
+        axis.axhspan(0.95, 1.05, color="0.92", zorder=0)
+        axis.set_title(title, fontsize=10)
+        axis.set_xlabel("thousand tets of the soft tissue")
+        axis.set_ylim(0.5, 1.3)
+        axis.legend(frameon=False, fontsize=8, loc="lower right", ncols=2)
+    places[0].set_ylabel("outcome over that of the finest mesh")
+    figure.savefig(file, dpi=90)
 
 
 def main():
@@ -212,13 +251,14 @@ def main():
     parser.add_argument("--places", nargs="+", choices=PLACES, default=list(PLACES))
     parser.add_argument("--stiffness", nargs="+", type=float, default=[0.5, 1.0, 2.0], help="of the fat, factors")
     parser.add_argument("--meshes", nargs="+", choices=TETS, default=list(TETS))
+    parser.add_argument("--parts", nargs="+", choices=PARTS, default=PARTS, help="of the study of meshes")
     given = parser.parse_args()
     folder = given.folder.resolve()
     folder.mkdir(parents=True, exist_ok=True)
     if given.study == "plans":
         study_plans(folder, given.workers, given.shapes, given.places, given.stiffness)
     else:
-        study_meshes(folder, given.workers, given.meshes)
+        study_meshes(folder, given.workers, given.meshes, given.parts)
 
 
 if __name__ == "__main__":

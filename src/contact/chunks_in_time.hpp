@@ -10,8 +10,8 @@
 
 namespace palpate {
 
-/// Chunks of work that are skipped once a deadline has passed. The first chunk is always done, so that work
-/// goes on, detection by detection.
+/// Chunks of work that are skipped once a deadline has passed. The first chunk is always done, so that each
+/// detection completes some of the work.
 class ChunksInTime {
  public:
   void begin(const Deadline& deadline, std::size_t items, std::size_t grain) {

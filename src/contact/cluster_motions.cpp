@@ -45,9 +45,9 @@ simd::LinearMotion ClusterMotions::common_motion(std::span<const Vec3> positions
     middle += x;
     shift += d;
   });
-  const double share = 1.0 / std::max(1.0, static_cast<double>(range.size()));
-  middle = share * middle;
-  shift = share * shift;
+  const double weight = 1.0 / std::max(1.0, static_cast<double>(range.size()));
+  middle = weight * middle;
+  shift = weight * shift;
   std::array<Vec3, 3> inertia{};
   Vec3 turn;
   for_each_sample([&](const Vec3& x, const Vec3& d) {

@@ -86,8 +86,7 @@ void Simulation::State::begin_step() {
   metrics.speculative_contacts = 0;
   metrics.stopped_passes = 0;
   metrics.passes = 0;
-  if (settings.detection.continuous)
-    swept.begin_step(dynamics.positions(), DetectorSteps::table(detector));
+  if (settings.detection.continuous) swept.begin_step(dynamics.positions(), DetectorSteps::table(detector));
 }
 
 /// One solve with the contacts found so far.

@@ -7,7 +7,6 @@
 #include <palpate/mesh.hpp>
 
 #include "geometry/vector.hpp"
-
 #include "support/rational.hpp"
 
 namespace palpate::test {
