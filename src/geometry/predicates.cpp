@@ -132,12 +132,12 @@ Likely segment_meets_triangle_filtered(const Vec3& a, const Vec3& b, const Vec3&
       std::max({largest_coordinate(d), largest_coordinate(u), largest_coordinate(v), largest_coordinate(w)});
   using Bound = simd::OrientationBound;
   const double error = 40.0 * Bound::relative * (size * size * size) + 64.0 * Bound::tiny * (1.0 + size);
-  const bool knows_ends = std::abs(of_a) > error && std::abs(of_b) > error;
-  if (knows_ends && (of_a > 0.0) == (of_b > 0.0)) return {true, false};
+  const bool ends_certain = std::abs(of_a) > error && std::abs(of_b) > error;
+  if (ends_certain && (of_a > 0.0) == (of_b > 0.0)) return {true, false};
   const auto [least, most] = std::minmax({sides[0], sides[1], sides[2]});
   if (least < -error && most > error) return {true, false};
-  const bool knows_sides = least > error || most < -error;
-  return {knows_ends && knows_sides, true};
+  const bool sides_certain = least > error || most < -error;
+  return {ends_certain && sides_certain, true};
 }
 
 }  // namespace
