@@ -26,13 +26,12 @@ struct Finder {
   void parameters(std::span<const EdgeInTriangle> found, std::span<Crossing> crossings) const {
     simd::SegmentsInTriangles segments;
     for (std::size_t lane = 0; lane < found.size(); ++lane) {
-      const auto [in, out] = border.ends(found[lane].border_edge);
+      const auto ends = border.ends(found[lane].border_edge);
       const Triangle& triangle = at(bodies.triangles(), found[lane].triangle);
-      segments.a.put(at(positions, in), lane);
-      segments.b.put(at(positions, out), lane);
-      for (std::size_t k = 0; k < 3; ++k) segments.corner[k].put(at(positions, triangle[k]), lane);
+      for (std::size_t k = 0; k < 2; ++k) segments.end[k][lane] = ends[k];
+      for (std::size_t k = 0; k < 3; ++k) segments.corner[k][lane] = triangle[k];
     }
-    simd::find_parameters(segments, found.size());
+    simd::find_parameters(positions.data(), segments, found.size());
     for (std::size_t lane = 0; lane < found.size(); ++lane) {
       const double quick = segments.parameter[lane];
       crossings[lane] = {found[lane].border_edge, found[lane].triangle,
