@@ -107,7 +107,8 @@ class ClusteredCrossings::Work {
   template <class Use>
   void search(Use&& use) {
     const std::int32_t triangle = tree_.mean_extent(body_);
-    if (star_.reach / most_triangles <= triangle) return search_box(star_.box, use);
+    in_pieces_ = star_.reach / most_triangles > triangle;
+    if (!in_pieces_) return search_box(star_.box, use);
     search_pieces(1 + star_.reach / most_triangles / triangle, use);
   }
   /// The same for a star much longer than the triangles.
@@ -146,19 +147,20 @@ class ClusteredCrossings::Work {
 
   void test(std::span<const std::int32_t> leaves, std::span<std::int32_t> entries,
             std::vector<EdgeInTriangle>& found) {
-    std::int32_t extent = 0;
-    for (const std::int32_t leaf : leaves) extent = std::max(extent, tree_.extent(leaf));
+    const auto extent_of = [&](std::int32_t leaf) { return tree_.extent(leaf); };
+    const std::int32_t extent = extent_of(*std::ranges::max_element(leaves, {}, extent_of));
     const auto reach = static_cast<float>(star_.reach) + static_cast<float>(extent + piece_margin + 1);
     StarHits hits;
     kernels_.test_star(points_, tree_.triangles(), entries, star_, reach, hits);
-    for (std::size_t h = 0; h < hits.size; ++h) {
-      const auto [place, lanes] = hits.hit[h];
-      const std::int32_t* const of_hit = entries.data() + place / EdgeStar::most;
-      const float* const least = hits.least.data() + h * hits.lanes;
-      for (std::uint32_t left = lanes; left != 0; left &= left - 1) {
+    const float bound = hits.bound;
+    const float* least = hits.least.data();
+    for (const StarHits::Hit& hit : std::span(hits.hit).first(hits.size)) {
+      const std::int32_t* const of_hit = entries.data() + hit.place / EdgeStar::most;
+      for (std::uint32_t left = hit.lanes; left != 0; left &= left - 1) {
         const auto lane = static_cast<std::size_t>(std::countr_zero(left));
-        take(place % EdgeStar::most, tree_.triangle(of_hit[lane]), least[lane] > hits.bound, found);
+        take(hit.place % EdgeStar::most, tree_.triangle(of_hit[lane]), least[lane] > bound, found);
       }
+      least += hits.lanes;
     }
   }
 
@@ -179,26 +181,22 @@ class ClusteredCrossings::Work {
                                             at(x, triangle[1]), at(x, triangle[2]));
   }
 
-  /// Sorts the pairs of a star: a few, as a rule. Pieces of an edge may have found a pair twice.
-  static void put_in_order(std::vector<EdgeInTriangle>& found, std::size_t first) {
+  /// Sorts the pairs of a star: a few, as a rule.
+  void put_in_order(std::vector<EdgeInTriangle>& found, std::size_t first) const {
     constexpr std::size_t a_few = 32;
+    const auto begin = found.begin() + static_cast<std::ptrdiff_t>(first);
     if (found.size() - first > a_few) {
-      const auto begin = found.begin() + static_cast<std::ptrdiff_t>(first);
       std::sort(begin, found.end());
-      found.erase(std::unique(begin, found.end()), found.end());
-      return;
+    } else {
+      for (std::size_t i = first + 1; i < found.size(); ++i) {
+        const EdgeInTriangle pair = found[i];
+        std::size_t place = i;
+        for (; place > first && pair < found[place - 1]; --place) found[place] = found[place - 1];
+        found[place] = pair;
+      }
     }
-    std::size_t end = first;
-    for (std::size_t i = first; i < found.size(); ++i) {
-      const EdgeInTriangle pair = found[i];
-      std::size_t place = end;
-      while (place > first && pair < found[place - 1]) --place;
-      if (place > first && pair == found[place - 1]) continue;
-      for (std::size_t k = end; k > place; --k) found[k] = found[k - 1];
-      found[place] = pair;
-      ++end;
-    }
-    found.resize(end);
+    // Pieces of an edge may have found a pair twice.
+    if (in_pieces_) found.erase(std::unique(begin, found.end()), found.end());
   }
 
   const simd::CrossingKernels kernels_ = simd::crossing_kernels();
@@ -208,9 +206,10 @@ class ClusteredCrossings::Work {
   const FixedPoint* points_;
   // The star, in part or whole:
   Index point_ = 0;
-  Index body_ = 0;        ///< the penetrated body
-  bool own_ = false;      ///< it is the body of the star
-  Index first_edge_ = 0;  ///< its border edges are numbered from this on
+  Index body_ = 0;          ///< the penetrated body
+  bool own_ = false;        ///< it is the body of the star
+  bool in_pieces_ = false;  ///< the star is searched in pieces
+  Index first_edge_ = 0;    ///< its border edges are numbered from this on
   EdgeStar star_;
 };
 

@@ -93,6 +93,7 @@ std::size_t list_children(const BoxGroup* level, const std::int32_t* first_child
   std::size_t count = 0;
   for (const std::int32_t node : nodes) {
     const BoxGroup& group = level[node];
+    Int number = hn::Add(first_places, hn::Set(ints, first_child[node]));
     for (std::size_t lane = 0; lane < BoxGroup::most; lane += lanes()) {
       // Negative where two intervals are apart.
       const auto apart = [&](std::size_t k) HWY_ATTR {
@@ -100,9 +101,8 @@ std::size_t list_children(const BoxGroup* level, const std::int32_t* first_child
                       hn::Sub(load(group.upper[k], lane), lower[k]));
       };
       const Int out = hn::Or(hn::Or(apart(0), apart(1)), apart(2));
-      const Int number =
-          hn::Add(first_places, hn::Set(ints, first_child[node] + static_cast<std::int32_t>(lane)));
       count += store_kept(number, hn::Gt(out, hn::Set(ints, -1)), children + count);
+      number = hn::Add(number, hn::Set(ints, static_cast<std::int32_t>(lanes())));
     }
   }
   return count;
