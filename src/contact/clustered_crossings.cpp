@@ -154,19 +154,23 @@ class ClusteredCrossings::Work {
     kernels_.test_star(points_, tree_.triangles(), entries, star_, reach, hits);
     const float bound = hits.bound;
     const float* least = hits.least.data();
+    const Index* const triangles = tree_.triangles()->triangle.data();
+    const bool own = own_;
+    const Index first_edge = first_edge_;
     for (const StarHits::Hit& hit : std::span(hits.hit).first(hits.size)) {
       const std::int32_t* const of_hit = entries.data() + hit.place / EdgeStar::most;
-      for (std::uint32_t left = hit.lanes; left != 0; left &= left - 1) {
+      std::uint32_t left = hit.lanes;
+      do {
         const auto lane = static_cast<std::size_t>(std::countr_zero(left));
-        take(hit.place % EdgeStar::most, tree_.triangle(of_hit[lane]), least[lane] > bound, found);
-      }
+        const std::uint32_t edge = hit.place % EdgeStar::most;
+        const Index triangle = triangles[of_hit[lane]];
+        const bool surely = least[lane] > bound;
+        if ((surely && !own) || meets(star_.other[edge], triangle, surely))
+          found.push_back({triangle, first_edge + static_cast<Index>(edge)});
+        left &= left - 1;
+      } while (left != 0);
       least += hits.lanes;
     }
-  }
-
-  void take(std::uint32_t edge, Index triangle, bool surely, std::vector<EdgeInTriangle>& found) const {
-    if ((surely && !own_) || meets(star_.other[edge], triangle, surely))
-      found.push_back({triangle, first_edge_ + static_cast<Index>(edge)});
   }
 
   [[nodiscard]] bool meets(Index other, Index number, bool surely) const {

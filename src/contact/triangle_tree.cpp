@@ -1,5 +1,7 @@
 #include "contact/triangle_tree.hpp"
 
+#include <numeric>
+
 #include "room.hpp"
 
 namespace palpate {
@@ -35,7 +37,10 @@ TriangleTree::TriangleTree(const Bodies& bodies, const Clusters& clusters)
   for (std::size_t b = 0; b < bodies.bodies().size(); ++b) {
     std::size_t level = 0;
     while (levels_[level].of_body[b].size() > most_at_top) ++level;
-    top_.push_back({level, levels_[level].of_body[b]});
+    const Range range = levels_[level].of_body[b];
+    Top top{level, static_cast<std::size_t>(range.size()), {}};
+    std::iota(top.nodes.begin(), top.nodes.end(), range.begin);
+    top_.push_back(top);
   }
 }
 

@@ -34,11 +34,7 @@ class TriangleTree {
   void for_each_leaf(const simd::CrossingKernels& kernels, Index body, const simd::FixedBox& box,
                      Visit&& visit) const {
     const Top& top = at(top_, body);
-    Nodes nodes;
-    for (Index node = top.nodes.begin; node < top.nodes.end; ++node)
-      nodes[static_cast<std::size_t>(node - top.nodes.begin)] = node;
-    descend(kernels, top.level, std::span(nodes.data(), static_cast<std::size_t>(top.nodes.size())), box,
-            visit);
+    descend(kernels, top.level, std::span(top.nodes).first(top.size), box, visit);
   }
 
   static constexpr std::size_t most_nodes = 16;
@@ -52,11 +48,11 @@ class TriangleTree {
     return {entries.data(), list(kernels, levels_.front(), leaves, box, entries)};
   }
 
+  /// (n_leaves) entry e is triangles()->triangle.data()[e].
   [[nodiscard]] const simd::LeafTriangles* triangles() const { return triangles_.data(); }
   [[nodiscard]] static std::int32_t leaf_of(std::int32_t entry) {
     return entry / simd::LeafTriangles::stride;
   }
-  [[nodiscard]] Index triangle(std::int32_t entry) const { return triangles_.front().triangle.data()[entry]; }
   /// The longest side of the box of a triangle of a leaf.
   [[nodiscard]] std::int32_t extent(std::int32_t leaf) const { return at(extents_, leaf); }
   /// The mean of these over the leaves of a body; at least 1.
@@ -72,7 +68,8 @@ class TriangleTree {
   /// Where searches begin: at the lowest level where a body has at most `most_at_top` nodes.
   struct Top {
     std::size_t level;
-    Range nodes;
+    std::size_t size;
+    std::array<std::int32_t, 4> nodes;
   };
   /// A node to compute.
   struct Active {
@@ -80,7 +77,6 @@ class TriangleTree {
     Range children;
   };
   static constexpr Index most_at_top = 4;
-  using Nodes = std::array<std::int32_t, most_at_top>;
 
   bool add_level();
   [[nodiscard]] Range children_of(std::size_t level, std::size_t body, Index node) const;

@@ -141,7 +141,7 @@ void gather_star(const FixedPoint* points, EdgeStar& star) {
   hn::Store(upper, d, &star.box.upper.x);
   FixedPoint away;
   hn::Store(hn::Max(hn::Sub(point, lower), hn::Sub(upper, point)), d, &away.x);
-  star.reach = std::max({away.x, away.y, away.z});
+  star.reach = std::max(away.x, std::max(away.y, away.z));
 }
 #endif
 
@@ -196,9 +196,11 @@ HWY_INLINE std::size_t test_edges(const Cones& cones, const EdgeStar& star, std:
                                   std::size_t count, StarHits& hits) {
   const auto unknown = hn::Le(cones.volume, bound);
   const Float lowest = hn::Neg(bound);
-  for (std::size_t e = 0; e < star.size; ++e) {
+  auto place = static_cast<std::uint32_t>(first * EdgeStar::most);
+  const std::uint32_t end = place + static_cast<std::uint32_t>(star.size);
+  for (const std::array<float, 4>* edge = star.along.data(); place < end; ++edge, ++place) {
     Float most;
-    Float least = least_volume(cones, star.along[e], all_sure ? nullptr : &most);
+    Float least = least_volume(cones, *edge, all_sure ? nullptr : &most);
     auto may = hn::Gt(least, lowest);
     if constexpr (!all_sure) {
       // If the point is on the other side, all volumes have the other sign.
@@ -207,7 +209,7 @@ HWY_INLINE std::size_t test_edges(const Cones& cones, const EdgeStar& star, std:
     }
     const std::uint32_t bits = bits_of(floats, may);
     hn::Store(least, floats, hits.least.data() + count * lanes());
-    hits.hit[count] = {static_cast<std::uint32_t>(first * EdgeStar::most + e), bits};
+    hits.hit[count] = {place, bits};
     count += bits != 0 ? 1 : 0;
   }
   return count;
