@@ -157,11 +157,11 @@ simd::WeightedPlane DepthEstimate::unusual_plane(const Frame& frame, Index edge)
   const auto last = static_cast<std::size_t>(at(frame.crossings.begin(), edge + 1));
   if (first == last) return {0.0, {}, 0.0, inverse, 0.0, 0.0};
   const Vec3& p = at(frame.positions, point);
-  const EdgeExit exit(frame.bodies, frame.positions, normals_, p, at(frame.positions, free_point) - p,
-                      frame.crossings.all().subspan(first, last - first));
-  const double scale = exit.at_point ? 1.0 : inverse;
-  return {scale * exit.depth, scale * exit.normal,      scale * exit.weight, inverse,
-          exit.distance,      exit.at_point ? 1.0 : 0.0};
+  const EdgeExit of_edge(frame.bodies, frame.positions, normals_, p, at(frame.positions, free_point) - p,
+                         frame.crossings.all().subspan(first, last - first));
+  const double scale = of_edge.at_point ? 1.0 : inverse;
+  return {scale * of_edge.depth, scale * of_edge.normal,      scale * of_edge.weight, inverse,
+          of_edge.distance,      of_edge.at_point ? 1.0 : 0.0};
 }
 
 /// Search distance for surface beside a contact. At this distance triangles begin to outweigh all other

@@ -35,7 +35,7 @@ struct RingLanes {
   std::array<const Index*, double_lanes> points;
   std::array<std::size_t, double_lanes> last;
 
-  /// Sum of the area vectors. Shorter rings go on with their last point, which adds nothing.
+  /// Sum of the area vectors. Shorter rings repeat their last point, which adds nothing.
   template <bool same_length>
   HWY_INLINE Vector area(const Vector& center, std::size_t steps) const {
     const auto at = [&](std::size_t step) HWY_ATTR {
