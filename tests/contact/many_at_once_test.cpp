@@ -68,7 +68,7 @@ struct Segments {
       if (random.chance(0.1)) a = middle;
       if (random.chance(0.1)) b = at(positions, i);
       if (!segment_meets_triangle(a, b, at(positions, i), at(positions, j), at(positions, k))) continue;
-      found.push_back({static_cast<Index>(border_edges.size()), triangle});
+      found.push_back({triangle, static_cast<Index>(border_edges.size())});
       border_edges.push_back({static_cast<Index>(contacts.point.size()), first + 4 * t + 1});
       contacts.point.push_back(first + 4 * t);
     }
