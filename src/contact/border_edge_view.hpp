@@ -19,6 +19,10 @@ class BorderEdgeView {
       : point_(contacts.point), body_(contacts.body), edges_(edges) {}
 
   [[nodiscard]] std::size_t size() const { return edges_.size(); }
+  [[nodiscard]] std::span<const BorderEdge> edges() const { return edges_; }
+  /// The point of a contact, and the body that it is in.
+  [[nodiscard]] Index point(Index contact) const { return at(point_, contact); }
+  [[nodiscard]] Index body_of(Index contact) const { return at(body_, contact); }
   /// The point in contact, then the free one.
   [[nodiscard]] std::array<Index, 2> ends(Index edge) const {
     const BorderEdge& e = at(edges_, edge);
@@ -30,7 +34,12 @@ class BorderEdgeView {
   /// \param marks  (n_bodies) 1 for these, otherwise 0
   void mark_bodies(std::vector<std::uint8_t>& marks, std::size_t bodies) const {
     marks.assign(bodies, 0);
-    for (const BorderEdge& edge : edges_) at(marks, at(body_, edge.contact)) = 1;
+    Index last = -1;
+    for (const BorderEdge& edge : edges_) {
+      if (edge.contact == last) continue;
+      last = edge.contact;
+      at(marks, at(body_, last)) = 1;
+    }
   }
 
  private:

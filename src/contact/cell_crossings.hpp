@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 #include <span>
 #include <utility>
 #include <vector>
@@ -16,6 +15,7 @@
 #include "grid/lattice.hpp"
 #include "parallel/parallel.hpp"
 #include "room.hpp"
+#include "sort/rows.hpp"
 
 namespace palpate {
 
@@ -29,16 +29,10 @@ class CellCrossings final : public CrossingQuery {
 
   void find(const Frame& frame, const BorderEdgeView& border,
             const std::optional<WorkLimit>& /*limit*/) override {
-    resize_with_room(all_, border.size());
-    std::iota(all_.begin(), all_.end(), Index{0});
-    find_some(frame, border, all_);
-  }
-  /// Finds the crossings of some border edges.
-  void find_some(const Frame& frame, const BorderEdgeView& border, std::span<const Index> edges) {
     found_.clear();
     tallies_.clear();
     footprint_tallies_.clear();
-    if (!edges.empty()) search({frame, border, edges, frame.slots()});
+    if (border.size() > 0) search({frame, border, frame.slots()});
   }
 
   [[nodiscard]] std::span<const EdgeInTriangle> found() const override { return found_; }
@@ -51,16 +45,14 @@ class CellCrossings final : public CrossingQuery {
   [[nodiscard]] std::optional<CuckooCounts> cuckoo() const override { return cuckoo_counts(structure_); }
 
  private:
-  /// Input of find_some(). The structure holds indices into `edges`.
+  /// Input of find().
   struct Problem {
     const Frame& frame;
     BorderEdgeView border;
-    std::span<const Index> edges;
     CellSlots slots;
 
-    [[nodiscard]] std::array<Index, 2> ends(Index e) const { return border.ends(at(edges, e)); }
     [[nodiscard]] std::array<Vec3, 2> segment(Index e) const {
-      const auto [in, out] = ends(e);
+      const auto [in, out] = border.ends(e);
       return {at(frame.positions(), in), at(frame.positions(), out)};
     }
   };
@@ -87,7 +79,10 @@ class CellCrossings final : public CrossingQuery {
                   }
                   keep_room(near, capacity, 2 * near.capacity() + 16);
                 });
-    lists_.join(found_);
+    lists_.join(by_triangle_);
+    sort_into_rows<EdgeInTriangle>(
+        by_triangle_, problem.border.size(), [](const EdgeInTriangle& pair) { return pair.border_edge; },
+        row_begin_, found_);
   }
 
   /// Lists the edges in the cells of a triangle's box.
@@ -97,7 +92,7 @@ class CellCrossings final : public CrossingQuery {
     const Index body = bodies.body_of(triangle);
     near.clear();
     structure_.for_each(lattice.cells_of(box_of(problem.frame.positions(), triangle)), [&](Index e) {
-      if (problem.border.body(at(problem.edges, e)) == body) near.push_back(e);
+      if (problem.border.body(e) == body) near.push_back(e);
     });
     // An edge may pass several cells of the triangle's box, but is one candidate.
     std::sort(near.begin(), near.end());
@@ -110,7 +105,7 @@ class CellCrossings final : public CrossingQuery {
     const Triangle& triangle = at(problem.frame.bodies().triangles(), t);
     const Box box = box_of(x, triangle);
     for (const Index e : near) {
-      const auto ends = problem.ends(e);
+      const auto ends = problem.border.ends(e);
       // Triangles of the own body at the ends of the edge meet it only at these ends.
       const auto own = [&](Index corner) { return corner == ends[0] || corner == ends[1]; };
       if (std::any_of(triangle.begin(), triangle.end(), own)) continue;
@@ -118,7 +113,7 @@ class CellCrossings final : public CrossingQuery {
           !segment_meets_triangle(at(x, ends[0]), at(x, ends[1]), at(x, triangle[0]), at(x, triangle[1]),
                                   at(x, triangle[2])))
         continue;
-      found.push_back({at(problem.edges, e), t});
+      found.push_back({t, e});
     }
   }
 
@@ -142,7 +137,7 @@ class CellCrossings final : public CrossingQuery {
       std::span<const std::uint64_t> chosen;
       const std::uint64_t passed = cells_passed(lattice, segment);
       // The hash uses the ends of the edge, so the choice does not depend on other edges.
-      if (slots.overflows(passed)) chosen = slots.choose(edge_name(problem.ends(e)), passed, storage);
+      if (slots.overflows(passed)) chosen = slots.choose(edge_name(problem.border.ends(e)), passed, storage);
       std::uint64_t number = 0;
       lattice.for_each_cell_of_segment(
           segment[0], segment[1], [&](std::int32_t i, std::int32_t j, std::int32_t k) {
@@ -151,7 +146,7 @@ class CellCrossings final : public CrossingQuery {
           });
     };
     const parallel::Threads& threads = problem.frame.threads();
-    const std::size_t count = problem.edges.size();
+    const std::size_t count = problem.border.size();
     if constexpr (requires { structure_.build_slots(threads, lattice, count, std::size_t{1}, footprint); }) {
       if (!slots.exact()) {
         return structure_.build_slots(threads, lattice, count, static_cast<std::size_t>(slots.count()),
@@ -164,7 +159,7 @@ class CellCrossings final : public CrossingQuery {
   void count_left_out(const Problem& problem, const Lattice& lattice) {
     if (problem.slots.exact()) return;
     constexpr std::size_t grain = 1024;
-    const std::size_t edges = problem.edges.size();
+    const std::size_t edges = problem.border.size();
     assign_with_room(footprint_tallies_, parallel::chunk_count(edges, grain), QueryTally{});
     parallel::for_chunks(
         problem.frame.threads(), edges, grain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
@@ -180,21 +175,22 @@ class CellCrossings final : public CrossingQuery {
     constexpr double most = 64.0;
     const Lattice& cells = problem.frame.lattice();
     const double sum =
-        parallel::sum(problem.frame.threads(), problem.edges.size(), extent_scratch_, [&](std::size_t e) {
+        parallel::sum(problem.frame.threads(), problem.border.size(), extent_scratch_, [&](std::size_t e) {
           const auto [in, out] = problem.segment(static_cast<Index>(e));
           const Vec3 d = out - in;
           return std::abs(d.x) + std::abs(d.y) + std::abs(d.z);
         });
-    const double mean = sum / static_cast<double>(problem.edges.size());
+    const double mean = sum / static_cast<double>(problem.border.size());
     double cell_size = cells.cell_size();
     while (mean > most * cell_size) cell_size *= 2.0;
     return cell_size == cells.cell_size() ? cells : Lattice(cells.domain(), cell_size);
   }
 
   Structure structure_;
-  std::vector<Index> all_;
   parallel::ChunkedList<EdgeInTriangle> lists_;
+  std::vector<EdgeInTriangle> by_triangle_;
   std::vector<EdgeInTriangle> found_;
+  std::vector<Index> row_begin_;          ///< scratch
   std::vector<std::uint8_t> penetrated_;  ///< (n_bodies)
   std::vector<double> extent_scratch_;
   std::vector<std::vector<Index>> near_;  ///< edges near a triangle: scratch of each chunk of triangles

@@ -2,27 +2,42 @@
 
 #include <algorithm>
 #include <bit>
-#include <cstdlib>
 
-#include "contact/block_rows.hpp"
 #include "geometry/predicates.hpp"
+#include "room.hpp"
 
 namespace palpate {
 
-using simd::ClusterBlock;
+using simd::EdgeStar;
+using simd::FixedBox;
 using simd::FixedPoint;
+using simd::StarHits;
 
 namespace {
 
-/// Edges longer than this, in cells, are handled separately as long edges, because clusters search around
-/// their boxes by half the length of the longest other edge.
-constexpr std::int64_t most_cells = 4;
-/// The cell index that marks a long edge.
-constexpr Cell no_cell{-1, -1, -1};
+/// Border edges of a chunk.
+constexpr std::size_t grain = 512;
+/// A star with edges longer than so many triangles is searched edge by edge, in pieces of that length.
+constexpr std::int32_t most_triangles = 4;
+constexpr std::int32_t most_pieces = 64;
+/// By how much the box of a piece grows: positions and ends of pieces are rounded.
+constexpr std::int32_t piece_margin = 3;
+/// In wanted_.
+constexpr std::uint8_t has_crossing = 2;
 
-using Extent = std::array<std::int32_t, 3>;
-Extent larger(const Extent& a, const Extent& b) {
-  return {std::max(a[0], b[0]), std::max(a[1], b[1]), std::max(a[2], b[2])};
+/// The box of piece i of n of a segment.
+FixedBox box_of_piece(const FixedPoint& a, const FixedPoint& b, std::int32_t i, std::int32_t n) {
+  const auto along = [&](std::int32_t from, std::int32_t to) {
+    const auto place = [&](std::int64_t k) {
+      return from + static_cast<std::int32_t>((std::int64_t{to} - from) * k / n);
+    };
+    const auto [lower, upper] = std::minmax({place(i), place(i + 1)});
+    return std::pair(std::max(0, lower - piece_margin), upper + piece_margin);
+  };
+  const auto x = along(a.x, b.x);
+  const auto y = along(a.y, b.y);
+  const auto z = along(a.z, b.z);
+  return {{x.first, y.first, z.first, 0}, {x.second, y.second, z.second, 0}};
 }
 
 }  // namespace
@@ -31,225 +46,248 @@ Extent larger(const Extent& a, const Extent& b) {
 struct ClusteredCrossings::Problem {
   const Frame& frame;
   BorderEdgeView border;
-  const FixedPositions& fixed;
-
-  [[nodiscard]] std::int32_t most_length() const {
-    // Fixed positions are near or below 2^30, and the box of a cluster must fit 31 bits.
-    return static_cast<std::int32_t>(std::min(most_cells << fixed.fraction_bits(), std::int64_t{1} << 29));
-  }
+  std::span<const FixedPoint> points;
 };
 
-/// Processes a chunk of clusters, block by block.
+/// Searches the stars of a chunk of border edges.
 class ClusteredCrossings::Work {
  public:
-  Work(const ClusteredCrossings& query, const Problem& problem, std::vector<EdgeInTriangle>& found,
-       std::span<std::uint8_t> answers = {})
-      : query_(query), problem_(problem), rows_(query.rows()), found_(found), answers_(answers) {}
+  /// \param wanted  (n_clusters) 0: left out; empty: none is
+  Work(const TriangleTree& tree, const Problem& problem, std::span<const std::uint8_t> wanted)
+      : tree_(tree), problem_(problem), wanted_(wanted), points_(problem.points.data()) {}
 
-  void run(std::span<const Cluster> clusters) {
-    const simd::ClusterKernels kernels = simd::cluster_kernels();
-    while (!clusters.empty()) {
-      const std::size_t n = std::min(clusters.size(), ClusterBlock::most_clusters);
-      block_.clusters = n;
-      for (std::size_t c = 0; c < n; ++c) block_.cluster[c] = &clusters[c];
-      kernels.load(problem_.fixed.points(), query_.clusters_.points, block_);
-      look_up(n);
-      clusters = clusters.subspan(n);
-      block_begin_ += n;
-    }
+  /// Appends what it finds, in order.
+  QueryTally find(std::size_t begin, std::size_t end, std::vector<EdgeInTriangle>& found) {
+    QueryTally tally;
+    for_each_star(begin, end, [&] {
+      const std::size_t first = found.size();
+      search([&](std::span<const std::int32_t> leaves, std::span<std::int32_t> entries) {
+        tally.candidates += star_.size * entries.size();
+        test(leaves, entries, found);
+      });
+      put_in_order(found, first);
+    });
+    return tally;
   }
-  [[nodiscard]] const QueryTally& tally() const { return tally_; }
+  /// Adds the number of tests for each cluster.
+  void count(std::size_t begin, std::size_t end, std::span<std::size_t> tests) {
+    for_each_star(begin, end, [&] {
+      search([&](std::span<const std::int32_t> /*leaves*/, std::span<std::int32_t> entries) {
+        for (const std::int32_t entry : entries) at(tests, TriangleTree::leaf_of(entry)) += star_.size;
+      });
+    });
+  }
 
  private:
-  void look_up(std::size_t n) {
-    const auto do_block = [&] { finish(); };
-    BlockRows rows(block_, do_block);
-    const auto [x, y, z] = query_.longest_;
-    const Extent reach{x / 2 + 1, y / 2 + 1, z / 2 + 1};
-    for (std::size_t c = 0; c < n; ++c) {
-      rows.begin(c);
-      const auto [lower, upper, skips] = block_.box[c];
-      const auto down = [](std::int32_t from, std::int32_t by) { return std::max(0, from - by); };
-      const CellRange cells{
-          problem_.fixed.cell_of(
-              {down(lower.x, reach[0]), down(lower.y, reach[1]), down(lower.z, reach[2]), 0}),
-          problem_.fixed.cell_of({upper.x + reach[0], upper.y + reach[1], upper.z + reach[2], 0})};
-      query_.grid_.for_each_interval(cells,
-                                     [&](std::uint32_t begin, std::uint32_t end) { rows.add(begin, end); });
-    }
-    rows.end();
-  }
-
-  void finish() {
-    simd::filter_edges(rows_, block_);
-    simd::test_edges(rows_, *std::ranges::max_element(query_.longest_), block_);
-    tally_.candidates += block_.pairs();
-    for (std::size_t h = 0; h < block_.hits; ++h) take(block_.hit[h]);
-    if (answers_.empty()) return;
-    for (std::size_t c = 0; c < block_.clusters; ++c) {
-      const bool near = block_.first_candidate[c + 1] > block_.first_candidate[c];
-      answers_[block_begin_ + c] |= ClusterQueue::asked | (near ? ClusterQueue::near : 0);
+  /// Calls use() for the edges of each contact, at most EdgeStar::most at a time.
+  template <class Use>
+  void for_each_star(std::size_t begin, std::size_t end, Use&& use) {
+    const std::span<const BorderEdge> edges = problem_.border.edges();
+    for (std::size_t e = begin; e < end;) {
+      const Index contact = edges[e].contact;
+      const std::size_t most = std::min(end - e, EdgeStar::most);
+      std::size_t size = 0;
+      do {
+        star_.other[size] = edges[e + size].free_point;
+        ++size;
+      } while (size < most && edges[e + size].contact == contact);
+      point_ = problem_.border.point(contact);
+      body_ = problem_.border.body_of(contact);
+      own_ = at(problem_.frame.bodies().body_of_point(), point_) == body_;
+      first_edge_ = static_cast<Index>(e);
+      star_.point = points_[point_];
+      star_.size = size;
+      kernels_.gather_star(points_, star_);
+      use();
+      e += size;
     }
   }
 
-  void take(const ClusterBlock::Hit& hit) {
-    const Cluster& cluster = *block_.cluster[hit.cluster];
-    const Index edge = reference_of(at(query_.grid_.entries(), hit.entry));
-    const std::span<const Index> triangles = query_.clusters_.primitives_of(cluster);
-    for (std::uint32_t left = hit.primitives & 0xFFFFU; left != 0; left &= left - 1) {
-      const auto lane = static_cast<std::size_t>(std::countr_zero(left));
-      const bool is_found = add(edge, triangles[lane], (hit.primitives >> 16 >> lane & 1) != 0);
-      if (is_found && !answers_.empty()) answers_[block_begin_ + hit.cluster] |= ClusterQueue::found;
+  /// Calls use(leaves, entries) for parts of the tree: together they have all triangles that the star meets.
+  template <class Use>
+  void search(Use&& use) {
+    const std::int32_t triangle = tree_.mean_extent(body_);
+    in_pieces_ = star_.reach / most_triangles > triangle;
+    if (!in_pieces_) return search_box(star_.box, use);
+    search_pieces(1 + star_.reach / most_triangles / triangle, use);
+  }
+  /// The same for a star much longer than the triangles.
+  template <class Use>
+  void search_pieces(std::int32_t pieces, Use&& use) {
+    const EdgeStar all = star_;
+    const Index first_edge = first_edge_;
+    pieces = std::min(pieces, most_pieces);
+    star_.size = 1;
+    for (std::size_t e = 0; e < all.size; ++e) {
+      first_edge_ = first_edge + static_cast<Index>(e);
+      star_.other[0] = all.other[e];
+      star_.along[0] = all.along[e];
+      for (std::int32_t i = 0; i < pieces; ++i)
+        search_box(box_of_piece(star_.point, points_[star_.other[0]], i, pieces), use);
+    }
+  }
+  template <class Use>
+  void search_box(const FixedBox& box, Use&& use) {
+    tree_.for_each_leaf(kernels_, body_, box, [&](std::span<const std::int32_t> leaves) {
+      std::array<std::int32_t, TriangleTree::most_nodes> kept;
+      if (!wanted_.empty()) leaves = keep_wanted(leaves, kept);
+      TriangleTree::Children entries;
+      const std::span<std::int32_t> near = tree_.list_entries(kernels_, leaves, box, entries);
+      if (!near.empty()) use(leaves, near);
+    });
+  }
+
+  [[nodiscard]] std::span<const std::int32_t> keep_wanted(std::span<const std::int32_t> leaves,
+                                                          std::span<std::int32_t> kept) const {
+    const auto end = std::ranges::copy_if(leaves, kept.begin(), [&](std::int32_t leaf) {
+                       return at(wanted_, leaf) != 0;
+                     }).out;
+    return {kept.begin(), end};
+  }
+
+  void test(std::span<const std::int32_t> leaves, std::span<std::int32_t> entries,
+            std::vector<EdgeInTriangle>& found) {
+    const auto extent_of = [&](std::int32_t leaf) { return tree_.extent(leaf); };
+    const std::int32_t extent = extent_of(*std::ranges::max_element(leaves, {}, extent_of));
+    const auto reach = static_cast<float>(star_.reach) + static_cast<float>(extent + piece_margin + 1);
+    StarHits hits;
+    kernels_.test_star(points_, tree_.triangles(), entries, star_, reach, hits);
+    const float bound = hits.bound;
+    const float* least = hits.least.data();
+    const Index* const triangles = tree_.triangles()->triangle.data();
+    const bool own = own_;
+    const Index first_edge = first_edge_;
+    for (const StarHits::Hit& hit : std::span(hits.hit).first(hits.size)) {
+      const std::int32_t* const of_hit = entries.data() + hit.place / EdgeStar::most;
+      std::uint32_t left = hit.lanes;
+      do {
+        const auto lane = static_cast<std::size_t>(std::countr_zero(left));
+        const std::uint32_t edge = hit.place % EdgeStar::most;
+        const Index triangle = triangles[of_hit[lane]];
+        const bool surely = least[lane] > bound;
+        if ((surely && !own) || meets(star_.other[edge], triangle, surely))
+          found.push_back({triangle, first_edge + static_cast<Index>(edge)});
+        left &= left - 1;
+      } while (left != 0);
+      least += hits.lanes;
     }
   }
 
-  bool add(Index edge, Index t, bool surely) {
-    const Triangle& triangle = at(problem_.frame.bodies().triangles(), t);
-    const auto ends = problem_.border.ends(edge);
+  [[nodiscard]] bool meets(Index other, Index number, bool surely) const {
+    const Bodies& bodies = problem_.frame.bodies();
+    const Triangle& triangle = at(bodies.triangles(), number);
     // Triangles of the own body at the ends of the edge meet it only at these ends.
-    const auto own = [&](Index corner) { return corner == ends[0] || corner == ends[1]; };
-    if (std::any_of(triangle.begin(), triangle.end(), own)) return false;
+    if (own_ &&
+        std::ranges::any_of(triangle, [&](Index corner) { return corner == point_ || corner == other; }))
+      return false;
     const std::span<const Vec3> x = problem_.frame.positions();
-    const Vec3& in = at(x, ends[0]);
-    const Vec3& out = at(x, ends[1]);
-    const Vec3& t0 = at(x, triangle[0]);
-    const Vec3& t1 = at(x, triangle[1]);
-    const Vec3& t2 = at(x, triangle[2]);
-    if (!surely && !segment_meets_triangle(in, out, t0, t1, t2)) return false;
-    found_.push_back({edge, t});
-    return true;
+    return surely || segment_meets_triangle(at(x, point_), at(x, other), at(x, triangle[0]),
+                                            at(x, triangle[1]), at(x, triangle[2]));
   }
 
-  const ClusteredCrossings& query_;
+  /// Sorts the pairs of a star: a few, as a rule.
+  void put_in_order(std::vector<EdgeInTriangle>& found, std::size_t first) const {
+    constexpr std::size_t a_few = 32;
+    const auto begin = found.begin() + static_cast<std::ptrdiff_t>(first);
+    if (found.size() - first > a_few) {
+      std::sort(begin, found.end());
+    } else {
+      for (std::size_t i = first + 1; i < found.size(); ++i) {
+        const EdgeInTriangle pair = found[i];
+        std::size_t place = i;
+        for (; place > first && pair < found[place - 1]; --place) found[place] = found[place - 1];
+        found[place] = pair;
+      }
+    }
+    // Pieces of an edge may have found a pair twice.
+    if (in_pieces_) found.erase(std::unique(begin, found.end()), found.end());
+  }
+
+  const simd::CrossingKernels kernels_ = simd::crossing_kernels();
+  const TriangleTree& tree_;
   const Problem& problem_;
-  simd::EdgeRows rows_;
-  std::vector<EdgeInTriangle>& found_;
-  std::span<std::uint8_t> answers_;  ///< flags of the clusters to query (ClusterQueue); or empty
-  std::size_t block_begin_ = 0;
-  QueryTally tally_;
-  ClusterBlock block_;
+  std::span<const std::uint8_t> wanted_;
+  const FixedPoint* points_;
+  // The star, in part or whole:
+  Index point_ = 0;
+  Index body_ = 0;          ///< the penetrated body
+  bool own_ = false;        ///< it is the body of the star
+  bool in_pieces_ = false;  ///< the star is searched in pieces
+  Index first_edge_ = 0;    ///< its border edges are numbered from this on
+  EdgeStar star_;
 };
 
-void ClusteredCrossings::place_edges(const Problem& problem) {
-  constexpr std::size_t grain = 2048;
+void ClusteredCrossings::search(const Problem& problem) {
   const std::size_t n = problem.border.size();
-  const parallel::Threads& threads = problem.frame.threads();
-  const std::int32_t most = problem.most_length();
-  const std::span<const FixedPoint> points = problem.fixed.points();
-  resize_with_room(cells_, n);
-  assign_with_room(longest_of_chunk_, parallel::chunk_count(n, grain), Extent{});
-  parallel::for_chunks(threads, n, grain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
-    const BorderEdgeView border = problem.border;
-    std::int32_t x = 0;
-    std::int32_t y = 0;
-    std::int32_t z = 0;
-    for (std::size_t e = begin; e < end; ++e) {
-      const auto [in, out] = border.ends(static_cast<Index>(e));
-      const FixedPoint& a = at(points, in);
-      const FixedPoint& b = at(points, out);
-      const std::int32_t along_x = std::abs(a.x - b.x);
-      const std::int32_t along_y = std::abs(a.y - b.y);
-      const std::int32_t along_z = std::abs(a.z - b.z);
-      if (std::max({along_x, along_y, along_z}) > most) {
-        cells_[e] = no_cell;
-        continue;
-      }
-      x = std::max(x, along_x);
-      y = std::max(y, along_y);
-      z = std::max(z, along_z);
-      cells_[e] = problem.fixed.cell_of({std::min(a.x, b.x) + along_x / 2, std::min(a.y, b.y) + along_y / 2,
-                                         std::min(a.z, b.z) + along_z / 2, 0});
-    }
-    longest_of_chunk_[chunk] = {x, y, z};
-  });
-  longest_ = {};
-  for (const Extent& extent : longest_of_chunk_) longest_ = larger(longest_, extent);
-  long_edges_.clear();
-  make_room(long_edges_, n);
-  for (std::size_t e = 0; e < n; ++e)
-    if (cells_[e][0] < 0) long_edges_.push_back(static_cast<Index>(e));
-  grid_.build_points(threads, problem.frame.lattice(), cells_);
-}
-
-void ClusteredCrossings::put_in_order(const Problem& problem) {
-  const std::span<const Entry> entries = grid_.entries();
-  for (auto& numbers : row_) resize_with_room(numbers, entries.size() + simd::row_padding);
-  const std::span<const FixedPoint> points = problem.fixed.points();
-  parallel::for_each(problem.frame.threads(), entries.size(), 1024,
-                     [this, entries, points, border = problem.border](std::size_t i) {
-                       const Index edge = reference_of(entries[i]);
-                       const auto [in, out] = border.ends(edge);
-                       const FixedPoint& a = at(points, in);
-                       const FixedPoint& b = at(points, out);
-                       const std::array<std::int32_t, 7> numbers{
-                           a.x, a.y, a.z, b.x, b.y, b.z, border.body(edge)};
-                       for (std::size_t k = 0; k < numbers.size(); ++k) row_[k][i] = numbers[k];
-                     });
-}
-
-simd::EdgeRows ClusteredCrossings::rows() const {
-  return {{row_[0].data(), row_[1].data(), row_[2].data()},
-          {row_[3].data(), row_[4].data(), row_[5].data()},
-          row_[6].data()};
-}
-
-void ClusteredCrossings::find_within(const Problem& problem, const WorkLimit& limit) {
-  queue_.arrange(clusters_, problem.frame.positions(), limit.region,
-                 [&](const Cluster& cluster) { return at(penetrated_, cluster.body) != 0; });
-  run_.run(problem.frame.threads(), queue_, limit.allowance,
-           [&](std::span<const Cluster> clusters, std::span<std::uint8_t> answers,
-               std::vector<EdgeInTriangle>& found) {
-             Work work(*this, problem, found, answers);
-             work.run(clusters);
-             return work.tally();
-           });
-  std::swap(found_, run_.found());
-  tallies_.assign(1, run_.tally());
-}
-
-void ClusteredCrossings::choose_clusters() {
-  active_.clear();
-  make_room(active_, clusters_.clusters.size());
-  for (const Cluster& cluster : clusters_.clusters)
-    if (at(penetrated_, cluster.body) != 0) active_.push_back(cluster);
-}
-
-void ClusteredCrossings::find_short(const Problem& problem) {
-  choose_clusters();
-  constexpr std::size_t grain = ClusterBlock::most_clusters;
-  const std::span<const Cluster> clusters = active_;
-  tallies_.assign(parallel::chunk_count(clusters.size(), grain), {});
-  lists_.fill(problem.frame.threads(), clusters.size(), grain,
+  tallies_.assign(parallel::chunk_count(n, grain), {});
+  lists_.fill(problem.frame.threads(), n, grain,
               [&](std::size_t begin, std::size_t end, std::vector<EdgeInTriangle>& found) {
-                Work work(*this, problem, found);
-                work.run(clusters.subspan(begin, end - begin));
-                tallies_[begin / grain] = work.tally();
+                Work work(tree_, problem, wanted_);
+                tallies_[begin / grain] = work.find(begin, end, found);
               });
   lists_.join(found_);
+}
+
+void ClusteredCrossings::map_triangles(const Bodies& bodies) {
+  cluster_of_.resize(bodies.triangles().size());
+  for (std::size_t c = 0; c < clusters_.clusters.size(); ++c) {
+    for (const Index triangle : clusters_.primitives_of(clusters_.clusters[c]))
+      at(cluster_of_, triangle) = static_cast<Index>(c);
+  }
+}
+
+/// Marks the clusters whose tests a limit allows, the most important ones first.
+void ClusteredCrossings::choose_within(const Problem& problem, const WorkLimit& limit) {
+  const std::size_t clusters = clusters_.clusters.size();
+  if (cluster_of_.empty()) map_triangles(problem.frame.bodies());
+  assign_with_room(costs_, clusters, std::size_t{0});
+  assign_with_room(wanted_, clusters, std::uint8_t{0});
+  for (std::size_t begin = 0; begin < problem.border.size(); begin += grain) {
+    Work work(tree_, problem, {});
+    work.count(begin, std::min(begin + grain, problem.border.size()), costs_);
+  }
+  queue_.arrange(clusters_, problem.frame.positions(), limit.region,
+                 [&](const Cluster& cluster) { return at(penetrated_, cluster.body) != 0; });
+  run_.run(
+      problem.frame.threads(), queue_, limit.allowance,
+      [&](std::span<const Cluster> chosen, std::span<std::uint8_t> answers, std::vector<Index>& numbers) {
+        QueryTally tally;
+        for (std::size_t i = 0; i < chosen.size(); ++i) {
+          const Index number = number_of(chosen[i]);
+          answers[i] |= ClusterQueue::asked;
+          if (at(costs_, number) > 0) answers[i] |= ClusterQueue::near;
+          tally.candidates += at(costs_, number);
+          numbers.push_back(number);
+        }
+        return tally;
+      });
+  for (const Index number : run_.found()) at(wanted_, number) = 1;
+}
+
+/// Tells the queue which clusters have crossings.
+void ClusteredCrossings::answer() {
+  for (const EdgeInTriangle& pair : found_) at(wanted_, at(cluster_of_, pair.triangle)) = has_crossing;
+  const std::span<const Cluster> ordered = queue_.ordered();
+  for (std::size_t i = 0; i < ordered.size(); ++i)
+    if (at(wanted_, number_of(ordered[i])) == has_crossing) queue_.answers()[i] |= ClusterQueue::found;
+}
+
+Index ClusteredCrossings::number_of(const Cluster& cluster) const {
+  return at(cluster_of_, at(clusters_.primitives, cluster.first));
 }
 
 void ClusteredCrossings::find(const Frame& frame, const BorderEdgeView& border,
                               const std::optional<WorkLimit>& limit) {
   queue_.clear();
-  found_.clear();
-  tallies_.clear();
-  if (const FixedPositions* const fixed = frame.fixed()) {
-    const Problem problem{frame, border, *fixed};
-    place_edges(problem);
-    put_in_order(problem);
-    border.mark_bodies(penetrated_, frame.bodies().bodies().size());
-    if (limit) {
-      find_within(problem, *limit);
-    } else {
-      find_short(problem);
-    }
-    single_triangles_.find_some(frame, border, long_edges_);
-  } else {
-    single_triangles_.find(frame, border, limit);
-  }
-  const std::span<const EdgeInTriangle> more = single_triangles_.found();
-  make_room(found_, found_.size() + more.size());
-  found_.insert(found_.end(), more.begin(), more.end());
+  is_in_cells_ = frame.fixed() == nullptr;
+  if (is_in_cells_) return in_cells_.find(frame, border, limit);
+  const Problem problem{frame, border, frame.fixed()->points()};
+  border.mark_bodies(penetrated_, frame.bodies().bodies().size());
+  tree_.fit(frame.threads(), problem.points, penetrated_);
+  wanted_.clear();
+  if (limit) choose_within(problem, *limit);
+  search(problem);
+  if (limit) answer();
 }
 
 }  // namespace palpate

@@ -23,16 +23,15 @@ struct Finder {
                               at(positions, t2));
   }
   /// Computes at most as many parameters as there are lanes.
-  void parameters(std::span<const EdgeInTriangle> found, std::span<Crossing> crossings) const {
-    simd::SegmentsInTriangles segments;
+  void parameters(std::span<const EdgeInTriangle> found, simd::SegmentsInTriangles& segments,
+                  std::span<Crossing> crossings) const {
     for (std::size_t lane = 0; lane < found.size(); ++lane) {
-      const auto [in, out] = border.ends(found[lane].border_edge);
+      const auto ends = border.ends(found[lane].border_edge);
       const Triangle& triangle = at(bodies.triangles(), found[lane].triangle);
-      segments.a.put(at(positions, in), lane);
-      segments.b.put(at(positions, out), lane);
-      for (std::size_t k = 0; k < 3; ++k) segments.corner[k].put(at(positions, triangle[k]), lane);
+      for (std::size_t k = 0; k < 2; ++k) segments.end[k][lane] = ends[k];
+      for (std::size_t k = 0; k < 3; ++k) segments.corner[k][lane] = triangle[k];
     }
-    simd::find_parameters(segments, found.size());
+    simd::find_parameters(positions.data(), segments, found.size());
     for (std::size_t lane = 0; lane < found.size(); ++lane) {
       const double quick = segments.parameter[lane];
       crossings[lane] = {found[lane].border_edge, found[lane].triangle,
@@ -50,9 +49,10 @@ void find_parameters(const parallel::Threads& threads, const Bodies& bodies, std
   const Finder finder{bodies, positions, border};
   parallel::for_chunks(threads, found.size(), 16 * lanes,
                        [&](std::size_t begin, std::size_t end, std::size_t) {
+                         simd::SegmentsInTriangles segments;
                          for (std::size_t i = begin; i < end; i += lanes) {
                            const std::size_t n = std::min(lanes, end - i);
-                           finder.parameters(found.subspan(i, n), crossings.subspan(i, n));
+                           finder.parameters(found.subspan(i, n), segments, crossings.subspan(i, n));
                          }
                        });
 }

@@ -30,7 +30,7 @@ class CrossingQuery {
   virtual void find(const Frame& frame, const BorderEdgeView& border,
                     const std::optional<WorkLimit>& limit) = 0;
 
-  /// The pairs found, in arbitrary order, but the same for every thread count.
+  /// The pairs found, sorted by (border edge, triangle).
   [[nodiscard]] virtual std::span<const EdgeInTriangle> found() const = 0;
   /// Counts of the last find().
   [[nodiscard]] virtual QueryTally tally() const = 0;

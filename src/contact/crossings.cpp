@@ -1,23 +1,20 @@
 #include "contact/crossings.hpp"
 
-#include <algorithm>
-
 #include "room.hpp"
-#include "sort/rows.hpp"
 
 namespace palpate {
 
 void Crossings::set(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
                     const BorderEdgeView& border, std::span<const EdgeInTriangle> found) {
-  sort_into_rows<EdgeInTriangle>(
-      found, border.size(), [](const EdgeInTriangle& pair) { return pair.border_edge; }, begin_, sorted_);
-  parallel::for_each(threads, border.size(), 4096, [&](std::size_t e) {
-    if (begin_[e + 1] - begin_[e] < 2) return;
-    std::sort(sorted_.begin() + begin_[e], sorted_.begin() + begin_[e + 1],
-              [](const EdgeInTriangle& a, const EdgeInTriangle& b) { return a.triangle < b.triangle; });
-  });
-  resize_with_room(crossings_, sorted_.size());
-  find_parameters(threads, bodies, positions, border, sorted_, crossings_);
+  resize_with_room(begin_, border.size() + 1);
+  std::size_t edge = 0;
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    const auto last = static_cast<std::size_t>(found[i].border_edge);
+    for (; edge <= last; ++edge) begin_[edge] = static_cast<Index>(i);
+  }
+  for (; edge <= border.size(); ++edge) begin_[edge] = static_cast<Index>(found.size());
+  resize_with_room(crossings_, found.size());
+  find_parameters(threads, bodies, positions, border, found, crossings_);
 }
 
 }  // namespace palpate

@@ -14,7 +14,7 @@ namespace palpate {
 /// The crossings of a detection, in the order of their border edges.
 class Crossings {
  public:
-  /// Sorts the pairs that a query has found, and computes their parameters. O(pairs + border edges).
+  /// Computes the parameters of the pairs that a query has found. O(pairs + border edges).
   void set(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
            const BorderEdgeView& border, std::span<const EdgeInTriangle> found);
 
@@ -27,7 +27,6 @@ class Crossings {
 
  private:
   std::vector<Index> begin_;
-  std::vector<EdgeInTriangle> sorted_;
   std::vector<Crossing> crossings_;
 };
 

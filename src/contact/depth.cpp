@@ -59,6 +59,8 @@ DepthCounts DepthEstimate::count() const {
 
 /// Computes the first guess: breadth-first propagation from the crossings, as in the paper.
 void DepthEstimate::propagate(const Frame& frame) {
+  const auto is_reached = [](const Estimate& estimate) { return estimate.level == 0; };
+  if (std::ranges::all_of(estimates_, is_reached)) return;
   const std::vector<Index>& point = frame.table.contacts().point;
   frontier_.clear();
   make_room(frontier_, estimates_.size());

@@ -197,36 +197,39 @@ void EdgeQuery::test(const Frame& frame, Group& group, FacingClusters& facing,
   const std::span<NearEdge> edges = std::span(near_).subspan(group.begin, group.size);
   const Sides sides(surface_, group.clusters);
   const double moved = group.validity.moved;
-  group.apart = std::numeric_limits<float>::max();
-  std::bitset<2 * most_edges_of_cluster> is_tested;
+  // What was listed now has not moved since, so that none is nearer than this.
+  const double nearest = moved > 0.0 ? moved : -1.0;
+  float apart = std::numeric_limits<float>::max();
+  std::array<NearEdge*, 2 * most_edges_of_cluster> tested;
+  std::size_t size = 0;
   std::bitset<2 * most_edges_of_cluster> is_moved;
-  for (std::size_t i = 0; i < edges.size(); ++i) {
-    NearEdge& near = edges[i];
-    // What was listed now has not moved since.
-    const bool again = moved > 0.0 && !(moved < static_cast<double>(near.apart));
+  for (NearEdge& near : edges) {
+    const bool again = !(nearest < static_cast<double>(near.apart));
     if (!again && near.touching == 0) {
-      group.apart = std::min(group.apart, near.apart);
-    } else if (frame.has_end_in_contact(sides.edges[near.side][near.place], sides.faced_body[near.side])) {
-      group.apart = -1.0F;  // it may be without a contact in the next detection
-    } else {
-      is_tested.set(i);
-      if (!again) continue;
+      apart = std::min(apart, near.apart);
+      continue;
+    }
+    if (frame.has_end_in_contact(sides.edges[near.side][near.place], sides.faced_body[near.side])) {
+      apart = -1.0F;  // it may be without a contact in the next detection
+      continue;
+    }
+    if (again) {
       if (is_moved.none()) facing.face(group.clusters.first, group.clusters.second);
-      is_moved.set(i);
+      is_moved.set(size);
       facing.test_again(near);
     }
+    tested[size++] = &near;
   }
-  if (is_tested.none()) return;
-  facing.finish();
-  for (std::size_t i = 0; i < edges.size(); ++i) {
-    if (!is_tested[i]) continue;
-    NearEdge& near = edges[i];
+  if (is_moved.any()) facing.finish();
+  for (std::size_t i = 0; i < size; ++i) {
+    NearEdge& near = *tested[i];
     constexpr double down = 1.0 - 1e-6;
     if (is_moved[i] && near.apart > 0.0F)
       near.apart = static_cast<float>(down * (moved + static_cast<double>(near.apart)));
-    group.apart = std::min(group.apart, near.apart);
+    apart = std::min(apart, near.apart);
     test_exactly(frame, sides, near, found);
   }
+  group.apart = apart;
 }
 
 }  // namespace palpate

@@ -59,16 +59,6 @@ Sort CompactGrid::sort_points(const parallel::Threads& threads) {
 }
 
 Sort CompactGrid::build_points(const parallel::Threads& threads, const Lattice& lattice,
-                               std::span<const Cell> cells) {
-  index_.resize(lattice.size());
-  choose_shifts(cells.size());
-  keys_.resize(cells.size());
-  parallel::for_each(threads, cells.size(), 2048,
-                     [&](std::size_t p) { keys_[p] = cells[p][0] < 0 ? no_key : key_of(index_(cells[p])); });
-  return sort_points(threads);
-}
-
-Sort CompactGrid::build_points(const parallel::Threads& threads, const Lattice& lattice,
                                const FixedPositions& points) {
   if (!skipped_) {
     write_keys(threads, lattice, points);

@@ -60,8 +60,6 @@ class CompactGrid {
   Sort build_points(const parallel::Threads& threads, const Lattice& lattice, std::size_t count,
                     CellOf&& cell_of);
 
-  /// build_points() for points whose cells are known. Points with a negative cell coordinate are left out.
-  Sort build_points(const parallel::Threads& threads, const Lattice& lattice, std::span<const Cell> cells);
   /// build_points() for fixed positions, at the cells that they have in the lattice.
   Sort build_points(const parallel::Threads& threads, const Lattice& lattice, const FixedPositions& points);
   /// Call instead of a build in a frame that needs no grid: only counts movers. L and C stay, and the next

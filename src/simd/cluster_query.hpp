@@ -64,7 +64,7 @@ struct ClusterBlock {
   /// A point and the cluster's tets, as bits: the tets that may contain the point, and in the upper 16 bits
   /// those that certainly do. Tets with the point as a corner are left out.
   struct Hit {
-    std::int32_t entry;     ///< index of the tested point; for edges, index in L
+    std::int32_t entry;     ///< index of the tested point
     std::uint32_t cluster;  ///< index of the cluster in the block
     std::uint32_t primitives;
   };

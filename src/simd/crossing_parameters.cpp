@@ -40,18 +40,27 @@ HWY_INLINE Filtered orientation(const Vector& u, const Vector& v, const Vector& 
   return {value, hn::Add(hn::Mul(hn::Set(doubles, OrientationBound::relative), permanent), underflow)};
 }
 
+HWY_INLINE Vector gather(const Vec3* positions, const SegmentsInTriangles::Points& points, std::size_t lane) {
+  const hn::RebindToSigned<Doubles> d;
+  const hn::Rebind<std::int32_t, Doubles> half;
+  const auto point = hn::PromoteTo(d, hn::LoadU(half, points.data() + lane));
+  const auto place = hn::Add(point, hn::ShiftLeft<1>(point));  // in numbers
+  return {hn::GatherIndex(doubles, &positions->x, place), hn::GatherIndex(doubles, &positions->y, place),
+          hn::GatherIndex(doubles, &positions->z, place)};
+}
+
 }  // namespace
 
-void find_parameters(SegmentsInTriangles& segments, std::size_t size) {
+void find_parameters(const Vec3* positions, SegmentsInTriangles& segments, std::size_t size) {
   const Double zero = hn::Zero(doubles);
   const Double one = hn::Set(doubles, 1.0);
   const Double accuracy = hn::Set(doubles, parameter_accuracy);
   for (std::size_t lane = 0; lane < size; lane += hn::Lanes(doubles)) {
-    const Vector t0 = load(segments.corner[0], lane);
-    const Vector u = difference(load(segments.corner[1], lane), t0);
-    const Vector v = difference(load(segments.corner[2], lane), t0);
-    const Filtered a = orientation(u, v, difference(load(segments.a, lane), t0));
-    const Filtered b = orientation(u, v, difference(load(segments.b, lane), t0));
+    const Vector t0 = gather(positions, segments.corner[0], lane);
+    const Vector u = difference(gather(positions, segments.corner[1], lane), t0);
+    const Vector v = difference(gather(positions, segments.corner[2], lane), t0);
+    const Filtered a = orientation(u, v, difference(gather(positions, segments.end[0], lane), t0));
+    const Filtered b = orientation(u, v, difference(gather(positions, segments.end[1], lane), t0));
     const auto tells = [&](const Filtered& f) {
       return hn::Lt(f.error, hn::Mul(accuracy, hn::Abs(f.value)));
     };
@@ -71,8 +80,8 @@ namespace palpate::simd {
 
 HWY_EXPORT(find_parameters);
 
-void find_parameters(SegmentsInTriangles& segments, std::size_t size) {
-  HWY_DYNAMIC_DISPATCH(find_parameters)(segments, size);
+void find_parameters(const Vec3* positions, SegmentsInTriangles& segments, std::size_t size) {
+  HWY_DYNAMIC_DISPATCH(find_parameters)(positions, segments, size);
 }
 
 }  // namespace palpate::simd

@@ -2,7 +2,10 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
+
+#include <palpate/types.hpp>
 
 #include "simd/vector_rows.hpp"
 
@@ -18,17 +21,17 @@ struct OrientationBound {
 /// Relative error allowed in the two distances that give a crossing's parameter.
 inline constexpr double parameter_accuracy = 1e-9;
 
-/// Segments (a, b) that meet triangles, one per lane.
+/// Segments that meet triangles, one per lane.
 struct SegmentsInTriangles {
-  static constexpr std::size_t most = VectorRows::most;
-  VectorRows a;
-  VectorRows b;
-  std::array<VectorRows, 3> corner;
+  static constexpr std::size_t most = LaneRow::most;
+  using Points = std::array<std::int32_t, most>;
+  std::array<Points, 2> end{};  ///< index of each point
+  std::array<Points, 3> corner{};
   LaneRow parameter;  ///< output of find_parameters(); -1 where double precision cannot decide
 };
 
 /// Computes crossing_parameter() of the first `size` lanes, with the same bits, except where it needs exact
 /// arithmetic. Lanes beyond may change.
-void find_parameters(SegmentsInTriangles& segments, std::size_t size);
+void find_parameters(const Vec3* positions, SegmentsInTriangles& segments, std::size_t size);
 
 }  // namespace palpate::simd

@@ -1,7 +1,7 @@
 #include "simd/crossing_query.hpp"
 
 #include <algorithm>
-#include <array>
+#include <limits>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "simd/crossing_query.cpp"
@@ -15,168 +15,227 @@ HWY_BEFORE_NAMESPACE();
 namespace palpate::simd::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Negative in the lanes where the interval between a and b (in either order) does not meet [lower, upper].
-HWY_INLINE Int apart(const std::int32_t* a, const std::int32_t* b, std::uint32_t e, Int lower, Int upper) {
-  const Int x = hn::LoadU(ints, a + e);
-  const Int y = hn::LoadU(ints, b + e);
-  return hn::Or(hn::Sub(hn::Max(x, y), lower), hn::Sub(upper, hn::Min(x, y)));
+HWY_INLINE Int load(const BoxGroup::Row& row, std::size_t lane) {
+  return hn::Load(ints, row.data() + lane);
+}
+HWY_INLINE Int min3(Int a, Int b, Int c) {
+  return hn::Min(a, hn::Min(b, c));
+}
+HWY_INLINE Int max3(Int a, Int b, Int c) {
+  return hn::Max(a, hn::Max(b, c));
 }
 
-void filter_edges(const EdgeRows& edges, ClusterBlock& block) {
+/// Writes one child's ends along an axis into its parent.
+HWY_INLINE void put(Int lowest, Int highest, std::size_t k, std::size_t place, BoxGroup& parent) {
+  parent.lower[k][place] = hn::GetLane(hn::MinOfLanes(ints, lowest));
+  parent.upper[k][place] = hn::GetLane(hn::MaxOfLanes(ints, highest));
+}
+HWY_INLINE void clear_from(std::size_t place, BoxGroup& parent) {
+  for (; place < BoxGroup::most; ++place) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      parent.lower[k][place] = std::numeric_limits<std::int32_t>::max();
+      parent.upper[k][place] = -1;
+    }
+  }
+}
+
+void fit_leaves(const FixedPoint* points, std::span<const LeafTriangles> triangles, BoxGroup* leaves,
+                std::int32_t* extents, BoxGroup& parent) {
+  const Int most = hn::Set(ints, std::numeric_limits<std::int32_t>::max());
+  const Int none = hn::Set(ints, -1);
+  for (std::size_t leaf = 0; leaf < triangles.size(); ++leaf) {
+    Int extent = hn::Zero(ints);
+    for (std::size_t k = 0; k < 3; ++k) {
+      Int lowest = most;
+      Int highest = none;
+      for (std::size_t lane = 0; lane < BoxGroup::most; lane += lanes()) {
+        const auto& corner = triangles[leaf].corner;
+        const std::int32_t* const from = &points->x + k;
+        const Int x[3] = {hn::GatherIndex(ints, from, load(corner[0], lane)),
+                          hn::GatherIndex(ints, from, load(corner[1], lane)),
+                          hn::GatherIndex(ints, from, load(corner[2], lane))};
+        const auto unused = hn::Lt(load(triangles[leaf].triangle, lane), hn::Zero(ints));
+        const Int lower = hn::IfThenElse(unused, most, min3(x[0], x[1], x[2]));
+        const Int upper = hn::IfThenElse(unused, none, max3(x[0], x[1], x[2]));
+        hn::Store(lower, ints, leaves[leaf].lower[k].data() + lane);
+        hn::Store(upper, ints, leaves[leaf].upper[k].data() + lane);
+        lowest = hn::Min(lowest, lower);
+        highest = hn::Max(highest, upper);
+        extent = hn::Max(extent, hn::Sub(upper, lower));
+      }
+      put(lowest, highest, k, leaf, parent);
+    }
+    extents[leaf] = hn::GetLane(hn::MaxOfLanes(ints, extent));
+  }
+  clear_from(triangles.size(), parent);
+}
+
+void fit_parent(std::span<const BoxGroup> children, BoxGroup& parent) {
+  for (std::size_t child = 0; child < children.size(); ++child) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      Int lowest = load(children[child].lower[k], 0);
+      Int highest = load(children[child].upper[k], 0);
+      for (std::size_t lane = lanes(); lane < BoxGroup::most; lane += lanes()) {
+        lowest = hn::Min(lowest, load(children[child].lower[k], lane));
+        highest = hn::Max(highest, load(children[child].upper[k], lane));
+      }
+      put(lowest, highest, k, child, parent);
+    }
+  }
+  clear_from(children.size(), parent);
+}
+
+std::size_t list_children(const BoxGroup* level, const std::int32_t* first_child,
+                          std::span<const std::int32_t> nodes, const FixedBox& box, std::int32_t* children) {
+  const Int lower[3] = {hn::Set(ints, box.lower.x), hn::Set(ints, box.lower.y), hn::Set(ints, box.lower.z)};
+  const Int upper[3] = {hn::Set(ints, box.upper.x), hn::Set(ints, box.upper.y), hn::Set(ints, box.upper.z)};
   const Int first_places = hn::Iota(ints, 0);
   std::size_t count = 0;
-  for (std::size_t c = 0; c < block.clusters; ++c) {
-    const ClusterBox& box = block.box[c];
-    const Int x0 = hn::Set(ints, box.lower.x);
-    const Int y0 = hn::Set(ints, box.lower.y);
-    const Int z0 = hn::Set(ints, box.lower.z);
-    const Int x1 = hn::Set(ints, box.upper.x);
-    const Int y1 = hn::Set(ints, box.upper.y);
-    const Int z1 = hn::Set(ints, box.upper.z);
-    const Int body = hn::Set(ints, block.cluster[c]->body);
-    block.first_candidate[c] = static_cast<std::uint32_t>(count);
-    for (std::uint32_t r = block.first_row[c]; r < block.first_row[c + 1]; ++r) {
-      const PointRange row = block.rows[r];
-      for (std::uint32_t e = row.begin; e < row.end; e += static_cast<std::uint32_t>(lanes())) {
-        const Int place = hn::Add(first_places, hn::Set(ints, static_cast<std::int32_t>(e)));
-        const Int beyond = hn::Sub(hn::Set(ints, static_cast<std::int32_t>(row.end - 1)), place);
-        const Int out =
-            hn::Or(hn::Or(apart(edges.a.x, edges.b.x, e, x0, x1), apart(edges.a.y, edges.b.y, e, y0, y1)),
-                   hn::Or(apart(edges.a.z, edges.b.z, e, z0, z1), beyond));
-        const auto is_for = hn::Eq(hn::LoadU(ints, edges.body + e), body);
-        const auto keep = hn::And(is_for, hn::MaskFromVec(hn::BroadcastSignBit(hn::Not(out))));
-        count += store_kept(place, keep, block.candidate.data() + count);
-      }
+  for (const std::int32_t node : nodes) {
+    const BoxGroup& group = level[node];
+    Int number = hn::Add(first_places, hn::Set(ints, first_child[node]));
+    for (std::size_t lane = 0; lane < BoxGroup::most; lane += lanes()) {
+      // Negative where two intervals are apart.
+      const auto apart = [&](std::size_t k) HWY_ATTR {
+        return hn::Or(hn::Sub(upper[k], load(group.lower[k], lane)),
+                      hn::Sub(load(group.upper[k], lane), lower[k]));
+      };
+      const Int out = hn::Or(hn::Or(apart(0), apart(1)), apart(2));
+      count += store_kept(number, hn::Gt(out, hn::Set(ints, -1)), children + count);
+      number = hn::Add(number, hn::Set(ints, static_cast<std::int32_t>(lanes())));
     }
   }
-  block.first_candidate[block.clusters] = static_cast<std::uint32_t>(count);
+  return count;
 }
 
-/// One number for each of 16 triangles.
-using Lanes16 = std::array<float, Cluster::most_primitives>;
-
-struct Stored {
-  alignas(64) Lanes16 x;
-  alignas(64) Lanes16 y;
-  alignas(64) Lanes16 z;
-  HWY_INLINE void store(const Vector& v, std::size_t lane) {
-    hn::Store(v.x, floats, x.data() + lane);
-    hn::Store(v.y, floats, y.data() + lane);
-    hn::Store(v.z, floats, z.data() + lane);
+#if HWY_TARGET == HWY_SCALAR
+void gather_star(const FixedPoint* points, EdgeStar& star) {
+  const FixedPoint& p = star.point;
+  star.box = {p, p};
+  for (std::size_t e = 0; e < star.size; ++e) {
+    const FixedPoint& q = points[star.other[e]];
+    FixedPoint& l = star.box.lower;
+    FixedPoint& u = star.box.upper;
+    l = {std::min(l.x, q.x), std::min(l.y, q.y), std::min(l.z, q.z), 0};
+    u = {std::max(u.x, q.x), std::max(u.y, q.y), std::max(u.z, q.z), 0};
+    star.along[e] = {static_cast<float>(q.x - p.x), static_cast<float>(q.y - p.y),
+                     static_cast<float>(q.z - p.z), 0.0F};
   }
-  [[nodiscard]] HWY_INLINE Vector load(std::size_t lane) const {
-    return {hn::Load(floats, x.data() + lane), hn::Load(floats, y.data() + lane),
-            hn::Load(floats, z.data() + lane)};
+  const auto [l, u] = star.box;
+  star.reach = std::max({p.x - l.x, p.y - l.y, p.z - l.z, u.x - p.x, u.y - p.y, u.z - p.z});
+}
+#else
+void gather_star(const FixedPoint* points, EdgeStar& star) {
+  const hn::FixedTag<std::int32_t, 4> d;
+  const hn::RebindToFloat<decltype(d)> in_float;
+  const auto point = hn::Load(d, &star.point.x);
+  auto lower = point;
+  auto upper = point;
+  for (std::size_t e = 0; e < star.size; ++e) {
+    const auto other = hn::Load(d, &points[star.other[e]].x);
+    lower = hn::Min(lower, other);
+    upper = hn::Max(upper, other);
+    hn::Store(hn::ConvertTo(in_float, hn::Sub(other, point)), in_float, star.along[e].data());
+  }
+  hn::Store(lower, d, &star.box.lower.x);
+  hn::Store(upper, d, &star.box.upper.x);
+  FixedPoint away;
+  hn::Store(hn::Max(hn::Sub(point, lower), hn::Sub(upper, point)), d, &away.x);
+  star.reach = std::max(away.x, std::max(away.y, away.z));
+}
+#endif
+
+/// Triangles as a point sees them: the normals of the planes through the point and each side, turned inwards,
+/// and six times the volume of the point and the triangle.
+struct Cones {
+  Vector normal[3];
+  Float volume;
+
+  HWY_INLINE Cones(const FixedPoint* points, const LeafTriangles* triangles, const FixedPoint& from,
+                   Int entries) {
+    const Int from_x = hn::Set(ints, from.x);
+    const Int from_y = hn::Set(ints, from.y);
+    const Int from_z = hn::Set(ints, from.z);
+    Vector corner[3];
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Int place = hn::GatherIndex(ints, triangles->corner[i].data(), entries);
+      const auto along = [&](const std::int32_t* x, Int from_here) HWY_ATTR {
+        return hn::ConvertTo(floats, hn::Sub(hn::GatherIndex(ints, x, place), from_here));
+      };
+      corner[i] = {along(&points->x, from_x), along(&points->y, from_y), along(&points->z, from_z)};
+    }
+    for (std::size_t i = 0; i < 3; ++i) normal[i] = cross(corner[i], corner[(i + 1) % 3]);
+    volume = dot(normal[1], corner[0]);
+    const Float sign = hn::And(volume, hn::Set(floats, -0.0F));
+    volume = hn::Abs(volume);
+    for (Vector& n : normal) n = {hn::Xor(n.x, sign), hn::Xor(n.y, sign), hn::Xor(n.z, sign)};
+  }
+  /// Keeps the first `count` triangles: no edge gets beyond the others.
+  HWY_INLINE void keep(std::size_t count) {
+    const Float infinity = hn::Set(floats, std::numeric_limits<float>::infinity());
+    volume = hn::IfThenElse(hn::FirstN(floats, count), volume, infinity);
   }
 };
 
-/// Triangles for the test: the plane n x + offset, and the Pluecker coordinates of the sides.
-struct Triangles {
-  Stored normal;
-  alignas(64) Lanes16 offset;
-  std::array<Stored, 3> side;
-  std::array<Stored, 3> moment;
-};
+/// The least of the volumes that are positive where an edge meets a triangle: those of the edge with each
+/// side, and the one beyond the triangle. `most`: the largest one.
+HWY_INLINE Float least_volume(const Cones& cones, const std::array<float, 4>& edge, Float* most) {
+  const Vector along{hn::Set(floats, edge[0]), hn::Set(floats, edge[1]), hn::Set(floats, edge[2])};
+  const Float a = dot(cones.normal[0], along);
+  const Float b = dot(cones.normal[1], along);
+  const Float c = dot(cones.normal[2], along);
+  const Float beyond = hn::Sub(hn::Add(hn::Add(a, b), c), cones.volume);
+  if (most != nullptr) *most = hn::Max(hn::Max(a, b), hn::Max(c, beyond));
+  return hn::Min(hn::Min(a, b), hn::Min(c, beyond));
+}
 
-HWY_INLINE void make_triangles(const ClusterBlock& block, std::size_t c, Triangles& triangles) {
-  Corners corners;
-  spread_out(block, c, corners);
-  for (std::size_t lane = 0; lane < Cluster::most_primitives; lane += lanes()) {
-    const Cluster& cluster = *block.cluster[c];
-    const Vector t[3] = {corner_of(corners, cluster, 0, lane), corner_of(corners, cluster, 1, lane),
-                         corner_of(corners, cluster, 2, lane)};
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Vector& next = t[(k + 1) % 3];
-      triangles.side[k].store(difference(next, t[k]), lane);
-      triangles.moment[k].store(cross(t[k], next), lane);
+/// Tests all edges against the triangles of one vector.
+/// \tparam all_sure  the point is certainly on one side of each triangle
+template <bool all_sure>
+HWY_INLINE std::size_t test_edges(const Cones& cones, const EdgeStar& star, std::size_t first, Float bound,
+                                  std::size_t count, StarHits& hits) {
+  const auto unknown = hn::Le(cones.volume, bound);
+  const Float lowest = hn::Neg(bound);
+  auto place = static_cast<std::uint32_t>(first * EdgeStar::most);
+  const std::uint32_t end = place + static_cast<std::uint32_t>(star.size);
+  for (const std::array<float, 4>* edge = star.along.data(); place < end; ++edge, ++place) {
+    Float most;
+    Float least = least_volume(cones, *edge, all_sure ? nullptr : &most);
+    auto may = hn::Gt(least, lowest);
+    if constexpr (!all_sure) {
+      // If the point is on the other side, all volumes have the other sign.
+      may = hn::Or(may, hn::And(unknown, hn::Lt(most, bound)));
+      least = hn::IfThenZeroElse(unknown, least);
     }
-    const Vector normal = cross(difference(t[1], t[0]), difference(t[2], t[0]));
-    triangles.normal.store(normal, lane);
-    hn::Store(hn::Neg(dot(normal, t[0])), floats, triangles.offset.data() + lane);
+    const std::uint32_t bits = bits_of(floats, may);
+    hn::Store(least, floats, hits.least.data() + count * lanes());
+    hits.hit[count] = {place, bits};
+    count += bits != 0 ? 1 : 0;
   }
+  return count;
 }
 
-/// An edge, copied to all lanes.
-struct Edge {
-  Vector a;
-  Vector b;
-  Vector along;
-  Vector moment;
-  HWY_INLINE Edge(const EdgeRows& edges, const FixedPoint& origin, std::int32_t e)
-      : a(end(edges.a, origin, e)),
-        b(end(edges.b, origin, e)),
-        along(difference(b, a)),
-        moment(cross(a, along)) {}
-
- private:
-  static HWY_INLINE Vector end(const EdgeRows::End& end, const FixedPoint& origin, std::int32_t e) {
-    const auto from = [](std::int32_t x, std::int32_t lower) {
-      return hn::Set(floats, static_cast<float>(x - lower));
-    };
-    return {from(end.x[e], origin.x), from(end.y[e], origin.y), from(end.z[e], origin.z)};
-  }
-};
-
-/// Six times the volume of an edge and a side.
-HWY_INLINE Float volume(const Edge& edge, const Vector& side, const Vector& moment) {
-  Float sum = hn::Mul(edge.along.x, moment.x);
-  sum = hn::MulAdd(edge.along.y, moment.y, sum);
-  sum = hn::MulAdd(edge.along.z, moment.z, sum);
-  sum = hn::MulAdd(edge.moment.x, side.x, sum);
-  sum = hn::MulAdd(edge.moment.y, side.y, sum);
-  return hn::MulAdd(edge.moment.z, side.z, sum);
-}
-/// Six times the volume of a triangle and a point.
-HWY_INLINE Float volume(const Vector& normal, Float offset, const Vector& p) {
-  return hn::MulAdd(normal.x, p.x, hn::MulAdd(normal.y, p.y, hn::MulAdd(normal.z, p.z, offset)));
-}
-
-/// Bits of the triangles that the edge may meet; in the upper 16 bits, of those that it certainly meets.
-HWY_INLINE std::uint32_t meets(const Triangles& triangles, std::size_t lane, const Edge& edge,
-                               const CrossingBounds& bounds) {
-  const Vector normal = triangles.normal.load(lane);
-  const Float offset = hn::Load(floats, triangles.offset.data() + lane);
-  const Float a = volume(normal, offset, edge.a);
-  const Float b = volume(normal, offset, edge.b);
-  const Float t0 = volume(edge, triangles.side[0].load(lane), triangles.moment[0].load(lane));
-  const Float t1 = volume(edge, triangles.side[1].load(lane), triangles.moment[1].load(lane));
-  const Float t2 = volume(edge, triangles.side[2].load(lane), triangles.moment[2].load(lane));
-  const Float side = hn::Set(floats, bounds.side);
-  const Float least = hn::Set(floats, bounds.volume);
-  const Float low_side = hn::Min(a, b);
-  const Float high_side = hn::Max(a, b);
-  const Float low = hn::Min(t0, hn::Min(t1, t2));
-  const Float high = hn::Max(t0, hn::Max(t1, t2));
-  const auto beside = hn::Or(hn::Gt(low_side, side), hn::Lt(high_side, hn::Neg(side)));
-  const auto around = hn::And(hn::Gt(high, least), hn::Lt(low, hn::Neg(least)));
-  const auto through = hn::And(hn::Lt(low_side, hn::Neg(side)), hn::Gt(high_side, side));
-  const auto within = hn::Or(hn::Gt(low, least), hn::Lt(high, hn::Neg(least)));
-  const std::uint32_t may = bits_of(floats, hn::Not(hn::Or(beside, around)));
-  return may | bits_of(floats, hn::And(through, within)) << 16;
-}
-
-void test_edges(const EdgeRows& edges, std::int32_t longest, ClusterBlock& block) {
-  std::size_t hits = 0;
-  for (std::size_t c = 0; c < block.clusters; ++c) {
-    const std::uint32_t begin = block.first_candidate[c];
-    const std::uint32_t end = block.first_candidate[c + 1];
-    if (begin == end) continue;
-    Triangles triangles;
-    make_triangles(block, c, triangles);
-    const ClusterBox& box = block.box[c];
-    const CrossingBounds bounds = crossing_bounds(extent_of(box), static_cast<float>(longest));
-    const std::uint32_t used = ((std::uint32_t{1} << block.cluster[c]->size) - 1) * 0x10001U;
-    for (std::uint32_t i = begin; i < end; ++i) {
-      const Edge edge(edges, box.lower, block.candidate[i]);
-      std::uint32_t found = 0;
-      for (std::size_t lane = 0; lane < Cluster::most_primitives; lane += lanes())
-        found |= meets(triangles, lane, edge, bounds) << lane;
-      found &= used;
-      block.hit[hits] = {block.candidate[i], static_cast<std::uint32_t>(c), found};
-      hits += found != 0 ? 1 : 0;
+void test_star(const FixedPoint* points, const LeafTriangles* triangles, std::span<std::int32_t> entries,
+               const EdgeStar& star, float reach, StarHits& hits) {
+  hits.bound = crossing_bound(reach);
+  hits.lanes = lanes();
+  const Float bound = hn::Set(floats, hits.bound);
+  hn::StoreU(hn::Set(ints, entries.back()), ints, entries.data() + entries.size());
+  std::size_t count = 0;
+  for (std::size_t first = 0; first < entries.size(); first += lanes()) {
+    Cones cones(points, triangles, star.point, hn::LoadU(ints, entries.data() + first));
+    if (entries.size() - first < lanes()) cones.keep(entries.size() - first);
+    if (hn::AllTrue(floats, hn::Gt(cones.volume, bound))) {
+      count = test_edges<true>(cones, star, first, bound, count, hits);
+    } else {
+      count = test_edges<false>(cones, star, first, bound, count, hits);
     }
   }
-  block.hits = hits;
+  hits.size = count;
+}
+
+CrossingKernels make_crossing_kernels() {
+  return {&fit_leaves, &fit_parent, &list_children, &gather_star, &test_star};
 }
 
 }  // namespace palpate::simd::HWY_NAMESPACE
@@ -185,29 +244,20 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace palpate::simd {
 
-HWY_EXPORT(filter_edges);
-HWY_EXPORT(test_edges);
+HWY_EXPORT(make_crossing_kernels);
 
-void filter_edges(const EdgeRows& edges, ClusterBlock& block) {
-  HWY_DYNAMIC_DISPATCH(filter_edges)(edges, block);
+CrossingKernels crossing_kernels() {
+  return HWY_DYNAMIC_DISPATCH(make_crossing_kernels)();
 }
 
-void test_edges(const EdgeRows& edges, std::int32_t longest, ClusterBlock& block) {
-  HWY_DYNAMIC_DISPATCH(test_edges)(edges, longest, block);
-}
-
-CrossingBounds crossing_bounds(float extent, float longest) {
+float crossing_bound(float reach) {
   constexpr float u = 0x1p-24F;
-  constexpr float slack = 1.001F;  // allows for the rounding of the bounds themselves
-  const float reach = extent + longest;
+  constexpr float slack = 1.001F;  // allows for the rounding of the bound itself
   const float square = reach * reach;
-  const float coordinate = 0.51F + u * reach;
-  const float edge = 2.0F * coordinate + 1.01F * u * reach;
-  const float normal = 4.0F * reach * edge + 2.0F * edge * edge + 4.1F * u * square;
-  const float moment = 2.0F * reach * (edge + coordinate) + 2.0F * edge * coordinate + 4.1F * u * square;
-  const float moments = 2.0F * moment;  // error of the edge's moment; that of the side's is not larger
-  return {slack * (3.1F * normal * (2.0F * reach + 1.1F) + (12.1F * coordinate + 54.0F * u * reach) * square),
-          slack * (3.1F * moments * (reach + edge) + (12.1F * edge + 54.0F * u * reach) * square)};
+  const float vector = 1.01F + u * reach;
+  const float normal = 4.0F * reach * vector + 2.0F * vector * vector + 4.1F * u * square;
+  const float volume = 3.0F * normal * (reach + vector) + (6.1F * vector + 16.1F * u * reach) * square;
+  return slack * (4.0F * volume + 55.0F * u * reach * square);
 }
 
 }  // namespace palpate::simd
