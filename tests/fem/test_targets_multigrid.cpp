@@ -257,7 +257,8 @@ TEST(SimdTargets, BlocksOfCouplingsEqualTheirTwins) {
   palpate::test::for_each_simd_target([&](const char* target) {
     const auto found = all(simd::add_outer_products, simd::add_transfers);
     for (std::size_t i = 0; i < found.size(); ++i) {
-      if (i % simd::row_of_six < 6) EXPECT_NEAR(found[i], expected[i], 1e-14) << target;  // not the padding
+      if (i % simd::row_of_six >= 6) continue;  // padding
+      EXPECT_NEAR(found[i], expected[i], 1e-14) << target;
     }
   });
 }
