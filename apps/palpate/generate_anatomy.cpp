@@ -136,16 +136,17 @@ Subcommand add_orbit_labels(CLI::App& generate) {
   return command;
 }
 
-Subcommand add_orbit_plate(CLI::App& generate) {
+/// A subcommand for a mesh that is made for a plate of these options.
+Subcommand add_for_plate(CLI::App& generate, const std::string& name, const std::string& about,
+                         const std::string& file, TetMesh (*make)(const anatomy::OrbitPlate&)) {
   struct Options {
-    fs::path out{"plate.vtu"};
+    fs::path out;
     anatomy::OrbitPlate plate;
   };
-  auto options = std::make_shared<Options>();
-  CLI::App* app = generate.add_subcommand(
-      "orbit-plate", "a mesh: a plate for the floor of 'orbit-labels', bent as it is or flat");
+  auto options = std::make_shared<Options>(Options{.out = file, .plate = {}});
+  CLI::App* app = generate.add_subcommand(name, about);
   app->footer(examples);
-  add_value(*app, "--out", "FILE", "where to write it (.vtu), in mm; default: plate.vtu",
+  add_value(*app, "--out", "FILE", "where to write it (.vtu), in mm; default: " + file,
             [options](const std::string&, const std::string& text) { options->out = text; });
   add_value(*app, "--size", "WIDTH,LENGTH", "along x and y, mm; default: 17,20",
             [options](const std::string& flag, const std::string& text) {
@@ -163,11 +164,23 @@ Subcommand add_orbit_plate(CLI::App& generate) {
   app->add_flag("--flat", options->plate.flat, "flat, and lies on the floor");
   add_length("--thickness", "default: 0.8", options->plate.thickness);
   add_length("--above", "of its lower side over the floor; default: 0.6", options->plate.above);
-  return {app, [options] {
-            const TetMesh mesh = as_input([&] { return anatomy::make_orbit_plate(options->plate); });
+  return {app, [options, make] {
+            const TetMesh mesh = as_input([&] { return make(options->plate); });
             write_mesh(options->out, mesh);
             return exit_done;
           }};
+}
+
+Subcommand add_orbit_plate(CLI::App& generate) {
+  return add_for_plate(generate, "orbit-plate",
+                       "a mesh: a plate for the floor of 'orbit-labels', bent as it is or flat", "plate.vtu",
+                       anatomy::make_orbit_plate);
+}
+
+Subcommand add_orbit_retractor(CLI::App& generate) {
+  return add_for_plate(generate, "orbit-retractor",
+                       "a mesh: the instrument that lifts the tissue off the way of such a plate",
+                       "retractor.vtu", anatomy::make_orbit_retractor);
 }
 
 }  // namespace
@@ -182,7 +195,10 @@ void write_mesh(const fs::path& path, const TetMesh& mesh) {
 std::vector<Subcommand> add_generate_anatomy(CLI::App& generate) {
   return {add_organs(generate, "eye", "meshes: an orbit with bulb, recti, nerve, fat, skin, bone and plate",
                      anatomy::make_eye),
-          add_eye_labels(generate), add_orbit_labels(generate), add_orbit_plate(generate),
+          add_eye_labels(generate),
+          add_orbit_labels(generate),
+          add_orbit_plate(generate),
+          add_orbit_retractor(generate),
           add_organs(generate, "skull", "meshes: a face with skull, upper jaw, lower jaw and soft tissue",
                      anatomy::make_skull)};
 }

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+import sheet
 import volume as v
 
 EDGE = 0.75  # of the cubes, mm
@@ -109,22 +110,8 @@ def plate(ct, cavity, centre):
     x = centre[0] - 4.0 + PLATE_CELL * (gx - nx / 2)
     y = centre[1] - 2.0 + PLATE_CELL * gy
     bottom = floor_of(ct, cavity, x, y) + 0.4
-    points = np.concatenate([np.stack([x, y, bottom + h], -1).reshape(-1, 3) for h in (0.0, PLATE_THICKNESS)])
-    tets = []
-    for j in range(ny):
-        for i in range(nx):
-            if i % 2 == 1 and j % 2 == 1 and i + 1 < nx and j + 1 < ny:
-                continue
-            c = [(j + b) * (nx + 1) + i + a + d * (nx + 1) * (ny + 1) for d in (0, 1) for b in (0, 1) for a in (0, 1)]
-            odd = [(0, 1, 3, 5), (0, 3, 2, 6), (0, 5, 4, 6)[::1], (3, 5, 6, 7), (0, 3, 5, 6)]
-            even = [(1, 0, 2, 4), (1, 2, 3, 7), (1, 4, 5, 7), (2, 4, 6, 7), (1, 2, 4, 7)]
-            tets += [[c[k] for k in tet] for tet in (odd if (i + j) % 2 else even)]
-    tets = np.array(tets)
-    a, b, c, d = (points[tets[:, k]] for k in range(4))
-    flipped = np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a) < 0
-    tets[flipped] = tets[flipped][:, [1, 0, 2, 3]]
-    used = np.unique(tets)
-    return points[used], np.searchsorted(used, tets)
+    holes = {(j, i) for j in range(1, ny - 1, 2) for i in range(1, nx - 1, 2)}
+    return sheet.sheet(x, y, bottom, PLATE_THICKNESS, holes)
 
 
 def ndmax(heights, reach):

@@ -35,6 +35,10 @@ struct OrbitPlate {
 /// out of range.
 TetMesh make_orbit_plate(const OrbitPlate& options);
 
+/// The instrument that holds tissue off the way of this plate: a sheet that is 0.8 mm over the plate and in
+/// front of it, and ends below the floor beside and behind it. Throws Error if an option is out of range.
+TetMesh make_orbit_retractor(const OrbitPlate& options);
+
 /// A face around the head's centre: skull, upper jaw, lower jaw with rami, and the soft tissue over them.
 std::vector<Organ> make_skull();
 

@@ -34,9 +34,22 @@ bool all_points_move(const Simulation& simulation, Index body) {
   return true;
 }
 
+/// Of these pairs of bodies the ones of `ids`, as their places in `ids`. The ids are in increasing order.
+std::vector<std::array<Index, 2>> pairs_among(const std::vector<std::array<Index, 2>>& pairs,
+                                              const std::vector<Index>& ids) {
+  const auto place = [&](Index id) { return std::ranges::lower_bound(ids, id); };
+  std::vector<std::array<Index, 2>> among;
+  for (const auto& [a, b] : pairs) {
+    if (!std::ranges::binary_search(ids, a) || !std::ranges::binary_search(ids, b)) continue;
+    among.push_back({static_cast<Index>(place(a) - ids.begin()), static_cast<Index>(place(b) - ids.begin())});
+  }
+  return among;
+}
+
 }  // namespace
 
-PlacedOverlaps::PlacedOverlaps(const Scene& scene, const Bodies& bodies) {
+PlacedOverlaps::PlacedOverlaps(const Scene& scene, const Bodies& bodies)
+    : ignored_(scene.settings.detection.ignored_pairs) {
   rigid_.resize(bodies.bodies().size());
   placed_.resize(rigid_.size());
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
@@ -64,7 +77,9 @@ std::vector<PlacedOverlap> PlacedOverlaps::find(const Simulation& simulation) co
     held.add(at(simulation.bodies().bodies(), b).name, mesh_now(simulation, b));
   }
   if (!any || ids.size() < 2) return {};
-  Detector detector(held, DetectionSettings{}, {}, 1);
+  DetectionSettings settings;
+  settings.ignored_pairs = pairs_among(ignored_, ids);
+  Detector detector(held, settings, {}, 1);
   detector.detect(held.points_rest());
   const auto mean_edge = [&](Index body) {
     return mesh_statistics(held, held.points_rest(), body).edge_length.mean;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -25,13 +26,15 @@ class PlacedOverlaps {
   PlacedOverlaps(const Scene& scene, const Bodies& bodies);
 
   /// The pairs that overlap by more than 1 % of the smaller of their mean edge lengths, in the order of the
-  /// bodies. Placed bodies have a motion, or a stage inserts them or moves them as a whole. Only bodies that
-  /// are present and wholly prescribed count. Cost: one detection of these bodies.
+  /// bodies, without those that the scene lists in `no_contact`. Placed bodies have a motion, or a stage
+  /// inserts them or moves them as a whole. Only bodies that are present and wholly prescribed count. Cost:
+  /// one detection of these bodies.
   [[nodiscard]] std::vector<PlacedOverlap> find(const Simulation& simulation) const;
 
  private:
   std::vector<std::uint8_t> rigid_;   ///< (n_bodies) 1: rigid in the scene
   std::vector<std::uint8_t> placed_;  ///< (n_bodies)
+  std::vector<std::array<Index, 2>> ignored_;
 };
 
 }  // namespace palpate

@@ -147,6 +147,16 @@ TEST(Stages, ThatPutABodyIntoARigidOneSaySo) {
   EXPECT_EQ(found[0], "stage 'put' puts 'rail' into 'table', by 0.004 m at its end");
 }
 
+TEST(Stages, DoNotReportOverlapsOfBodiesWithoutContact) {
+  Scene scene = scene_of(R"("stages": [{"name": "put", "insert": ["rail"], "move": [{"body": "rail",
+      "motion": {"keyframes": [{"time": 0.02, "translate": [0.12, 0, -0.294]}]}}], "until": {"time": 0.03}}])");
+  scene.settings.detection.ignored_pairs = {{0, 2}};
+  Simulation simulation = simulate(scene);
+  StageRun stages(scene, simulation);
+  lead(stages, simulation);
+  EXPECT_TRUE(stages.warnings().empty());
+}
+
 TEST(Stages, EndByTheirTimeAndSaySo) {
   const Scene scene = scene_of(R"("stages": [
     {"name": "never", "until": {"force": {"body": "block", "at_least": 1e6}, "most": 0.05}},
