@@ -78,14 +78,15 @@ Vec3 rotation_vector(const Matrix3& q) {
   return sine > 0.0 ? (arc_tangent(sine, cosine) / (2.0 * sine)) * twice : Vec3{};
 }
 
-/// Step length of a fixed-point iteration from its last two residuals.
+/// Step length of a fixed-point iteration from its last two residuals. It only damps oscillations: where the
+/// residual does not decrease along itself, they say nothing about the next step.
 /// \param last  step length after `before`
 double next_step_length(const Vec3& before, const Vec3& now, double last) {
   constexpr double shortest = 0.1;
   const Vec3 change = now - before;
-  const double l2 = squared_length(change);
-  if (l2 == 0.0) return 1.0;
-  return std::clamp(-last * dot(before, change) / l2, shortest, 1.0);
+  const double decrease = -dot(before, change);
+  if (decrease <= 0.0) return 1.0;
+  return std::clamp(last * decrease / squared_length(change), shortest, 1.0);
 }
 
 }  // namespace
@@ -98,7 +99,8 @@ BodyRotations::BodyRotations(const Bodies& bodies, const Materials& materials, s
       frames_(bodies_.size()),
       arcs_(bodies_.size()),
       starts_(bodies_.size()),
-      changed_(bodies_.size(), 0) {
+      changed_(bodies_.size(), 0),
+      turns_(bodies_.size()) {
   for (Index body = 0; body < bodies.body_count(); ++body) {
     if (at(obstacles, body) != 0) continue;
     const Range tets = at(bodies_, body).tets;
@@ -213,12 +215,27 @@ bool BodyRotations::follow(const parallel::Threads& threads, std::span<const Vec
     // Angular momentum at mid-step: h times omega there is the angle.
     const Quaternion half = rotation_by(0.5 * angle);
     const Vec3 momentum = (1.0 / time_step_) * turned(half, starts_[body].inertia, angle);
+    const Quaternion before = last.rotation;
     set_frame(body, angle, momentum);
+    const Quaternion turn = product(frames_[body].rotation, {before.scalar, -before.vector});
+    turns_[body] = {
+        .rotation = turn, .angle = rotation_vector(turn), .before = before, .velocity = mean.velocity};
     frames_[body].left = left;
     frames_[body].step_length = step_length;
     changed_[body] = 1;
   });
   return std::ranges::find(changed_, 1) != changed_.end();
+}
+
+Vec3 BodyRotations::turned_velocity(Index body, const Vec3& position, const Vec3& velocity) const {
+  const Turn& turn = at(turns_, body);
+  const Vec3 arm = position - at(starts_, body).center;
+  const Vec3 turned = rotated(turn.before, arm);
+  // The displacement from the rotated body is the deformation and, along straight paths, the turn.
+  const Vec3 displacement = time_step_ * (velocity - turn.velocity) - (turned - arm);
+  const Vec3 deformation = displacement - cross(turn.angle, turned);
+  const Vec3 end = rotated(turn.rotation, turned + deformation);
+  return turn.velocity + (1.0 / time_step_) * (end - arm);
 }
 
 bool BodyRotations::any() const {

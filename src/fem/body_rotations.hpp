@@ -65,6 +65,14 @@ class BodyRotations {
   /// iteration, with a step length for each body (Irons & Tuck, Int. J. Numer. Methods Eng. 1 (1969), 275).
   bool follow(const parallel::Threads& threads, std::span<const Vec3> positions,
               std::span<const Vec3> velocities);
+  /// Whether the last follow() has rotated the frame of a body.
+  [[nodiscard]] bool turns(Index body) const { return at(changed_, body) != 0; }
+  /// The rotation from the frame before the last follow() to the frame now.
+  [[nodiscard]] const Quaternion& turn(Index body) const { return at(turns_, body).rotation; }
+  /// The mean velocity of a point of a turned body over the step, so that its deformation in the frame stays
+  /// the same and its points move along arcs to the new frame.
+  /// \param velocity  by the solution in the frame before
+  [[nodiscard]] Vec3 turned_velocity(Index body, const Vec3& position, const Vec3& velocity) const;
   /// Whether any body has a rotated frame.
   [[nodiscard]] bool any() const;
   /// Chooses the bodies whose points move along arcs instead of the straight paths of a solution with these
@@ -103,6 +111,13 @@ class BodyRotations {
                                   ///< equations)
     Vec3 correction{};  ///< angular velocity that restores the angular momentum, which Q rotates too
   };
+  /// A change of a frame.
+  struct Turn {
+    Quaternion rotation{};  ///< from the frame before to the frame now
+    Vec3 angle{};           ///< its rotation vector, rad
+    Quaternion before{};    ///< rotation of the frame before
+    Vec3 velocity{};        ///< mean velocity of the centre of mass over the step
+  };
   /// A body whose points move along arcs, starting from their positions in the rotated frame.
   struct ArcMotion {
     Vec3 angle{};           ///< rotation vector, rad; zero: straight paths
@@ -127,6 +142,7 @@ class BodyRotations {
   std::vector<ArcMotion> arcs_;
   std::vector<RigidMotion> starts_;
   std::vector<std::uint8_t> changed_;
+  std::vector<Turn> turns_;
   double time_step_ = 0.0;
 };
 

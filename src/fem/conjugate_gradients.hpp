@@ -23,6 +23,8 @@ struct SolveGoal {
   /// right side.
   bool of_solution = false;
   Preconditioner preconditioner = Preconditioner::jacobi;
+  /// The solution only predicts positions, so it takes few iterations, perhaps of block Jacobi.
+  bool rough = false;
   /// Number of block-Jacobi iterations that were not enough in an earlier solve (SolveReport), or 0.
   int jacobi_iterations = 0;
   /// Exact number of iterations, regardless of the error; 0: until the tolerance is reached.

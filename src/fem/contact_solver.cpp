@@ -120,13 +120,16 @@ void ContactSolver::restart(Run& run, bool keeps_directions) {
   change_estimate_.clear();
 }
 
-/// Chooses the first preconditioner, and when to change to multigrid, as ConjugateGradients does.
-void ContactSolver::choose(Run& run) {
+/// Chooses the first preconditioner, and when to change to multigrid, as ConjugateGradients does. Where the
+/// last solve of the step needed multigrid, a tighter one needs it too.
+void ContactSolver::choose(Run& run, bool goes_on) {
   run.inner = inner_iterations(run);
   if (run.goal.preconditioner == Preconditioner::jacobi) return;
   const int most = std::min(ConjugateGradients::patience(*run.problem.stiffened),
                             run.inner * run.goal.max_iterations * 9 / 10);
-  if (run.goal.preconditioner == Preconditioner::automatic && run.report.jacobi_iterations < most) {
+  const bool keeps_multigrid = goes_on && multigrid_ && !run.goal.rough;
+  if (run.goal.preconditioner == Preconditioner::automatic && !keeps_multigrid &&
+      run.report.jacobi_iterations < most) {
     run.change_at = most;
   } else {
     run.report.multigrid = true;
@@ -281,7 +284,7 @@ SolveReport ContactSolver::solve(const parallel::Threads& threads, const Contact
           .positions = positions};
   run.report.jacobi_iterations = goal.jacobi_iterations;
   resize(run);
-  choose(run);
+  choose(run, goes_on);
   start(run, goes_on);
   restart(run, true);
   run.size = std::sqrt(run.guess_by_mass);
@@ -325,6 +328,7 @@ SolveReport ContactSolver::solve(const parallel::Threads& threads, const Contact
     std::ranges::fill(x, simd::Padded3{});
     reduced_.begin(reduced_.capacity());
   }
+  multigrid_ = run.report.multigrid;
   // Even with a good hierarchy, a nonlinear solve takes about three times the iterations of a linear one.
   if (run.report.multigrid) multigrid.count(run.steps / 3);
   return run.report;

@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "fem/body_rotations.hpp"
 #include "fem/conjugate_gradients.hpp"
 #include "fem/contact_law.hpp"
 #include "fem/error_estimate.hpp"
@@ -55,6 +56,11 @@ class ContactSolver {
                     std::span<const simd::Padded3> b, std::span<simd::Padded3> x, const SolveGoal& goal,
                     Multigrid& multigrid, std::span<const Vec3> positions, bool goes_on);
 
+  /// Rotates the directions with the frames of bodies that have turned. Their products with A rotate alike if
+  /// A only has the tissue of bodies: A = Q A_before Q^T. O(n_points directions).
+  void turn(const parallel::Threads& threads, std::span<const Index> point_of_row,
+            std::span<const Index> body_of_point, const BodyRotations& rotations);
+
  private:
   struct Run;
   void resize(const Run& run);
@@ -70,7 +76,7 @@ class ContactSolver {
   double find_rates(const Run& run, std::size_t direction);
   void put_forces(const Run& run);
   void compute_residual(Run& run);
-  void choose(Run& run);
+  void choose(Run& run, bool goes_on);
   void change_preconditioner(Run& run);
   void renew_preconditioner(Run& run);
   void keep_current(Run& run);
@@ -93,6 +99,7 @@ class ContactSolver {
 
   ReducedStep reduced_;
   InnerSolve inner_;
+  bool multigrid_ = false;         ///< the last solve ended with multigrid
   double residual_of_zero_ = 0.0;  ///< reference for relative residuals, N s
   // One value for each row, in float.
   std::size_t values_ = 0;                    ///< number of values in a vector

@@ -257,7 +257,7 @@ Dynamics::Report Dynamics::solve(std::span<const Coupling> couplings, SolveGoal 
   compute_right_side();
   check_right_side();
   const Report report =
-      solver_.solve(threads_, system_, right_side_, solution_, goal, &multigrid(), positions_);
+      solver_.solve(threads_, system_, right_side_, solution_, goal, &multigrid(), linear_positions());
   jacobi_iterations_ = report.jacobi_iterations;
   check_solution(report.relative_residual);
   find_end();
@@ -280,12 +280,6 @@ void Dynamics::check_solution(double residual) {
       right_side_, {}, [](const simd::Padded3& a) { return largest_component(unpadded(a)); });
   throw error_at_point(static_cast<std::size_t>(largest - right_side_.begin()),
                        "a velocity that is not finite", "numbers within the range of double precision");
-}
-
-bool Dynamics::update_rotating_frames() {
-  if (second_order_ || !rotations_.follow(threads_, positions_, mean_velocities_)) return false;
-  linearise();
-  return true;
 }
 
 /// Finds the positions at the end of the step from the solution.

@@ -248,7 +248,7 @@ class Dynamics {
   void add_rotation_forces();
   void add_displacement_forces();
   [[nodiscard]] bool is_nonlinear(std::size_t point) const { return nonlinear_points_[point] != 0; }
-  [[nodiscard]] const Vec3& linear_position(std::size_t point) const;
+  [[nodiscard]] std::span<const Vec3> linear_positions() const;
   [[nodiscard]] double nonlinear_energy();
   [[nodiscard]] double tissue_error();
   void backtrack(double linear_energy, double work, double stiff_work, double predicted_decrease);
@@ -263,6 +263,7 @@ class Dynamics {
   void check_solution(double residual);
   void set_base_velocities();
   void mark_held_bodies();
+  void turn_solution();
   void find_end();
   void set_initial_guess(double time_step, const Vec3& gravity);
   void advance_inversion_clocks();
@@ -302,6 +303,7 @@ class Dynamics {
   ConjugateGradients solver_;
   ContactSolver contact_solver_;
   bool reuses_directions_ = false;                 ///< contact_solver_ has directions of this linear system
+  bool has_linear_couplings_ = false;              ///< that system has couplings
   std::vector<double> point_mass_damping_;         ///< (n_points), mean over its tets, by mass
   std::vector<double> element_stiffness_damping_;  ///< (n_elements)
   std::vector<double> diagonal_;                   ///< (n_points), scratch: mass part of the matrix

@@ -96,16 +96,17 @@ Dynamics::Report Dynamics::solve(const ContactSet& contacts, SolveGoal goal, boo
   stiff_couplings_.set(contacts.couplings, time_step_, free_);
   stiff_system_.update_preconditioner(threads_);
   multigrid().begin_step();
-  Report report =
-      contact_solver_.solve(threads_,
-                            {.system = &system_,
-                             .stiffened = &stiff_system_,
-                             .laws = contacts.laws,
-                             .couplings = contacts.couplings,
-                             .friction = contacts.friction,
-                             .base = base_velocities_},
-                            right_side_, solution_, goal, multigrid(), positions_, reuses_directions_);
+  Report report = contact_solver_.solve(threads_,
+                                        {.system = &system_,
+                                         .stiffened = &stiff_system_,
+                                         .laws = contacts.laws,
+                                         .couplings = contacts.couplings,
+                                         .friction = contacts.friction,
+                                         .base = base_velocities_},
+                                        right_side_, solution_, goal, multigrid(), linear_positions(),
+                                        reuses_directions_);
   reuses_directions_ = true;
+  has_linear_couplings_ = contacts.first > 0;
   jacobi_iterations_of_contacts_ = report.jacobi_iterations;
   check_solution(report.relative_residual);
   find_end();

@@ -28,6 +28,27 @@ void Dynamics::linearise() {
   form_system();
 }
 
+bool Dynamics::update_rotating_frames() {
+  if (second_order_ || !rotations_.follow(threads_, positions_, mean_velocities_)) return false;
+  const bool turns_directions = reuses_directions_ && !refined_ && !has_linear_couplings_;
+  turn_solution();
+  linearise();
+  if (turns_directions) contact_solver_.turn(threads_, matrix_.point_of_row(), body_of_point_, rotations_);
+  reuses_directions_ = turns_directions;
+  find_end();
+  return true;
+}
+
+/// Turns the solution with the frames that have changed.
+void Dynamics::turn_solution() {
+  parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
+    const Index body = body_of_point_[i];
+    if (system_.free()[i] == 0 || !rotations_.turns(body)) return;
+    const Vec3 velocity = rotations_.turned_velocity(body, positions_[i], mean_velocities_[i]);
+    solution_[i] = padded(velocity - unpadded(base_velocities_[i]));
+  });
+}
+
 /// Makes the matrix and the right side from the current elements.
 void Dynamics::form_system() {
   matrix_.assemble(threads_, diagonal_);

@@ -18,8 +18,9 @@ constexpr double rounding = 1e-12;
 
 }  // namespace
 
-const Vec3& Dynamics::linear_position(std::size_t point) const {
-  return rotations_.any() || refined_ ? linear_positions_[point] : positions_[point];
+/// Positions at which tissue is linearised.
+std::span<const Vec3> Dynamics::linear_positions() const {
+  return rotations_.any() || refined_ ? linear_positions_ : positions_;
 }
 
 /// Sets the positions at which tissue is linearised. In rotated frames these are the rotated positions. In
@@ -85,8 +86,9 @@ double Dynamics::tissue_error() {
 bool Dynamics::relinearise_tissue(double tolerance) {
   if (elements_.nonlinear_begin() == elements_.size()) return false;
   at_end_ = false;
+  const std::span<const Vec3> linearised = linear_positions();
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
-    displacements_[i] = is_nonlinear(i) ? padded(end_positions_[i] - linear_position(i)) : simd::Padded3{};
+    displacements_[i] = is_nonlinear(i) ? padded(end_positions_[i] - linearised[i]) : simd::Padded3{};
   });
   const auto stiff = elements_.multiply(threads_, displacements_, elastic_fractions_);  // h^2 K' times it
   const auto elastic = elements_.point_forces();

@@ -101,6 +101,7 @@ bool Simulation::State::solve(bool loose, bool steady) {
                       .max_iterations = solver.max_iterations,
                       .of_solution = solver.tolerance_of == ToleranceOf::solution,
                       .preconditioner = solver.preconditioner,
+                      .rough = loose,
                       .fixed_iterations = solver.fixed_iterations.value_or(0)},
                      steady);
   metrics.solves += report.solves;
@@ -122,29 +123,37 @@ fem::ContactSet Simulation::State::contact_set() {
 
 /// Solve, detect at the predicted positions, add speculative contacts; repeat until none are new. A solve
 /// that only has to predict positions is loose: the first after a step in which bodies met, and while new
-/// contacts push harder than all acting ones. When contacts have converged, solve again if the forces of the
-/// tissue are not those of its linearisation.
+/// contacts push harder than all acting ones. A solution may turn the frames of bodies: the next solve is for
+/// the new frames and the new contacts together. One for frames alone follows where no new contacts are
+/// expected. When contacts have converged, solve again if the forces of the tissue are not those of its
+/// linearisation.
 /// \param last  metrics of the step before
 void Simulation::State::solve_with_speculative_contacts(const StepMetrics& last) {
-  constexpr int max_rotation_solves = 8;
+  constexpr int most_turns = 8;
   constexpr double many = 1.0;
   metrics.looks_ahead = can_predict();
   const bool fixed = settings.solver.fixed_iterations.has_value();
   bool loose = last.speculative_contacts > 0 && metrics.looks_ahead && !fixed;
   bool steady = (last.detections == 1 || last.order == 2) && !fixed;
   const auto known = std::ssize(response.laws());
+  bool settled = last.speculative_contacts == 0;  // no new contacts are expected
+  int turns = 0;                                  // since the last new contacts
   while (true) {
     Stopwatch watch;
     metrics.solver_converged = solve(loose, steady);
-    for (int i = 0; dynamics.update_rotating_frames(); ++i) {
-      if (i == max_rotation_solves || metrics.solves >= most_solves(metrics.stopped_passes > 0)) {
-        metrics.solver_converged = false;
-        break;
-      }
-      metrics.solver_converged = solve(loose, steady);
+    const bool solves_again = metrics.solves < most_solves(metrics.stopped_passes > 0);
+    bool turned = dynamics.update_rotating_frames();
+    if (turned && (turns == most_turns || !solves_again)) {
+      metrics.solver_converged = false;
+      turned = false;
     }
     metrics.solver_seconds += watch.lap();
-    const bool searches_again = can_predict() && metrics.solves < most_solves(metrics.stopped_passes > 0);
+    const bool searches_again = can_predict() && solves_again;
+    if (turned && (settled || !searches_again)) {
+      ++turns;
+      loose = false;
+      continue;
+    }
     detect(dynamics.end_positions(), !searches_again);
     ++metrics.detections;
     watch.lap();
@@ -153,11 +162,13 @@ void Simulation::State::solve_with_speculative_contacts(const StepMetrics& last)
                                                       dynamics.end_positions(), dynamics.mean_velocities(),
                                                       normal_forces(), couplings)
                            : 0.0;
-    const bool passes = met == 0.0 && !loose && stop_passes();
+    const bool passes = met == 0.0 && !loose && !turned && stop_passes();
+    settled = met == 0.0 && !passes;
+    turns = settled ? turns : 0;
     metrics.speculative_contacts = std::ssize(response.laws()) - known;
     metrics.forces_seconds += watch.lap();
     if (dynamics.is_second_order() && metrics.speculative_contacts > 0) return;  // the step will be undone
-    const bool solved = met == 0.0 && !passes && !loose;
+    const bool solved = settled && !loose && !turned;
     if (solved && (fixed || !dynamics.relinearise_tissue(settings.solver.tolerance))) break;
     if (solved && !searches_again) {
       dynamics.end_where_linearised();

@@ -181,6 +181,54 @@ TEST(BodyRotations, ABodyRotatedByACoupleKeepsItsSizeAndHasTheMomentumOfTheCoupl
   }
 }
 
+/// Two contacts rotate a cube from rest. The solution turns with the frame, and the search directions with
+/// it, so further solves need few iterations. Oracle: the impulses of the contacts and their torque.
+TEST(BodyRotations, ASolutionTurnsWithTheFrame) {
+  constexpr double h = 0.01;
+  constexpr double size = 0.04;
+  SpinningBox box({size, size, size}, {}, 2e7);
+  std::vector<ContactLaw> laws;
+  std::vector<Coupling> contacts;
+  for (const double side : {0.0, size}) {
+    for (Index i = 0; i < std::ssize(box.bodies.points_rest()); ++i) {
+      const Vec3& p = at(box.bodies.points_rest(), i);
+      if (p.x != side || p.z != side) continue;
+      laws.push_back({.stiffness = 300.0, .depth = 0.01, .direction = {0.0, 0.0, side == 0.0 ? 1.0 : -1.0}});
+      contacts.emplace_back().points = {i, -1, -1, -1, -1};
+      contacts.back().coefficients = {1.0, 0.0, 0.0, 0.0, 0.0};
+    }
+  }
+  const SolveGoal goal{.tolerance = 1e-6, .max_iterations = 1000, .of_solution = true};
+  box.dynamics.begin_step(h, {}, {});
+  const auto solve = [&] {
+    return box.dynamics.solve(
+        {.laws = laws, .couplings = contacts, .first = 0, .friction = {.coefficient = 0.0, .time_step = h}},
+        goal, false);
+  };
+  const SolveReport first = solve();
+  EXPECT_TRUE(first.converged);
+  int turns = 0;
+  for (; box.dynamics.update_rotating_frames() && turns < 8; ++turns) {
+    const SolveReport next = solve();
+    EXPECT_TRUE(next.converged);
+    EXPECT_LT(next.iterations, first.iterations / 2) << turns;
+  }
+  EXPECT_GT(turns, 0);
+  EXPECT_LT(turns, 8);
+  Eigen::Vector3d torque = Eigen::Vector3d::Zero();
+  const Eigen::Vector3d c = box.center();
+  for (const Coupling& contact : contacts) {
+    const Index p = contact.points[0];
+    const Eigen::Vector3d middle =
+        0.5 * (to_eigen(at(box.dynamics.positions(), p)) + to_eigen(at(box.dynamics.end_positions(), p)));
+    torque += (middle - c).cross(to_eigen(contact.force));
+  }
+  box.dynamics.end_step();
+  EXPECT_GT(Eigen::AngleAxisd(box.rotation()).angle(), 0.15);
+  EXPECT_LT(box.largest_strain(), 0.005);
+  EXPECT_LT((box.angular_momentum() - h * torque).norm(), 0.1 * h * torque.norm());
+}
+
 /// The centrifugal force stretches a soft body, which a frame would suppress: it gets no frame.
 TEST(BodyRotations, ASoftBodyIsNotFollowed) {
   SpinningBox box({0.04, 0.04, 0.04}, {0.0, 0.0, 5.0}, 1e3);
