@@ -105,7 +105,7 @@ Dynamics::Report Dynamics::solve(const ContactSet& contacts, SolveGoal goal, boo
                                          .base = base_velocities_},
                                         right_side_, solution_, goal, multigrid(), linear_positions(),
                                         reuses_directions_);
-  reuses_directions_ = true;
+  reuses_directions_ = report.converged;  // a failed solve may have been misled by its directions
   has_linear_couplings_ = contacts.first > 0;
   jacobi_iterations_of_contacts_ = report.jacobi_iterations;
   check_solution(report.relative_residual);
