@@ -1,6 +1,7 @@
 #include "contact/clustered_crossings.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
 
 #include "geometry/predicates.hpp"
@@ -69,11 +70,15 @@ class ClusteredCrossings::Work {
     });
     return tally;
   }
-  /// Adds the number of tests for each cluster.
+  /// Adds the number of tests for each cluster. Chunks may do so at the same time: sums of integers do not
+  /// depend on their order.
   void count(std::size_t begin, std::size_t end, std::span<std::size_t> tests) {
     for_each_star(begin, end, [&] {
       search([&](std::span<const std::int32_t> /*leaves*/, std::span<std::int32_t> entries) {
-        for (const std::int32_t entry : entries) at(tests, TriangleTree::leaf_of(entry)) += star_.size;
+        for (const std::int32_t entry : entries) {
+          std::atomic_ref tests_of_leaf(at(tests, TriangleTree::leaf_of(entry)));
+          tests_of_leaf.fetch_add(star_.size, std::memory_order_relaxed);
+        }
       });
     });
   }
@@ -185,20 +190,10 @@ class ClusteredCrossings::Work {
                                             at(x, triangle[1]), at(x, triangle[2]));
   }
 
-  /// Sorts the pairs of a star: a few, as a rule.
+  /// Sorts the pairs of a star.
   void put_in_order(std::vector<EdgeInTriangle>& found, std::size_t first) const {
-    constexpr std::size_t a_few = 32;
     const auto begin = found.begin() + static_cast<std::ptrdiff_t>(first);
-    if (found.size() - first > a_few) {
-      std::sort(begin, found.end());
-    } else {
-      for (std::size_t i = first + 1; i < found.size(); ++i) {
-        const EdgeInTriangle pair = found[i];
-        std::size_t place = i;
-        for (; place > first && pair < found[place - 1]; --place) found[place] = found[place - 1];
-        found[place] = pair;
-      }
-    }
+    std::sort(begin, found.end());
     // Pieces of an edge may have found a pair twice.
     if (in_pieces_) found.erase(std::unique(begin, found.end()), found.end());
   }
@@ -242,10 +237,11 @@ void ClusteredCrossings::choose_within(const Problem& problem, const WorkLimit& 
   if (cluster_of_.empty()) map_triangles(problem.frame.bodies());
   assign_with_room(costs_, clusters, std::size_t{0});
   assign_with_room(wanted_, clusters, std::uint8_t{0});
-  for (std::size_t begin = 0; begin < problem.border.size(); begin += grain) {
-    Work work(tree_, problem, {});
-    work.count(begin, std::min(begin + grain, problem.border.size()), costs_);
-  }
+  parallel::for_chunks(problem.frame.threads(), problem.border.size(), grain,
+                       [&](std::size_t begin, std::size_t end, std::size_t) {
+                         Work work(tree_, problem, {});
+                         work.count(begin, end, costs_);
+                       });
   queue_.arrange(clusters_, problem.frame.positions(), limit.region,
                  [&](const Cluster& cluster) { return at(penetrated_, cluster.body) != 0; });
   run_.run(
