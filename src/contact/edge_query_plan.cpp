@@ -68,8 +68,8 @@ void EdgeQuery::end_pairs(const Bodies& bodies) {
     work_.late_pairs.push_back(pair.bodies);
   }
   for (const EdgeTriangle& hit : found_) {
-    const auto [low, high] = std::minmax(bodies.body_of(at(bodies.edges(), hit.edge)),
-                                         bodies.body_of(at(bodies.triangles(), hit.triangle)));
+    const auto [low, high] = std::minmax(
+        {bodies.body_of(at(bodies.edges(), hit.edge)), bodies.body_of(at(bodies.triangles(), hit.triangle))});
     const auto pair = std::ranges::lower_bound(pairs_, IndexPair(low, high), {}, &NearPair::bodies);
     if (pair != pairs_.end()) pair->has_found = true;
   }

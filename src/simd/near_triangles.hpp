@@ -42,8 +42,9 @@ std::uint32_t keep_within(float distance, const BoxLanes& boxes, std::uint32_t w
 
 /// Pairs of a segment and a triangle, one per lane.
 struct SegmentTrianglePairs {
-  CornerPlaces<2> segment;
-  CornerPlaces<3> triangle;
+  // Whole vectors are read, so each lane must have a place.
+  CornerPlaces<2> segment{};
+  CornerPlaces<3> triangle{};
   alignas(64) PrimitiveRow gap;  ///< output of find_gaps()
 };
 /// Finds lower bounds of the distances of the first `size` pairs: the gap of their boxes, and the gaps along
