@@ -81,13 +81,17 @@ void Multigrid::set_couplings(const parallel::Threads& threads, const CouplingSy
                                                          simd::slice_rows * e + r % simd::slice_rows]);
       }
       for (std::uint32_t p = transfer_.begin[r]; p < transfer_.begin[r + 1]; ++p) {
-        Dense<3, 6>& motion = jacobians.block(c, transfer_.columns[p]).motion;
+        double* motion = jacobians.motions.data() +
+                         simd::three_rows * std::size_t{jacobians.block(c, transfer_.columns[p])};
         const float* block = transfer_.blocks.data() + simd::three_by_six * p;
-        Dense<3, 6> rows;
-        for (std::size_t e = 0; e < 3; ++e) {
-          for (std::size_t j = 0; j < 6; ++j) rows[6 * e + j] = static_cast<double>(block[4 * j + e]);
+        for (std::size_t i = 0; i < 3; ++i) {
+          for (std::size_t j = 0; j < 6; ++j) {
+            for (std::size_t e = 0; e < 3; ++e) {
+              motion[simd::row_of_six * i + j] +=
+                  rotated_term[3 * i + e] * static_cast<double>(block[4 * j + e]);
+            }
+          }
         }
-        add_product<3, 3, 6>(motion, rotated_term, rows);
       }
     }
   });
@@ -119,18 +123,17 @@ void Multigrid::update(const parallel::Threads& threads, const LinearSystem& sys
 
 double Multigrid::apply(const parallel::Threads& threads, LinearSystem& system, std::span<const float> r,
                         std::span<float> z) {
-  const GaussSeidel& smoother = smoother_.front();
+  GaussSeidel& smoother = smoother_.front();
   const auto for_slices = [&](auto&& body) {
     parallel::for_chunks(
         threads, matrix_->slice_count(), slice_grain,
         [&](std::size_t begin, std::size_t end, std::size_t chunk) { body(begin, end, chunk); });
   };
-  std::ranges::fill(vector_, simd::Quad{});
   smoother.forward(threads, system, r, vector_);
   system.couplings().multiply(threads, vector_);
   const simd::SmootherRows rows = smoother.rows(system, rotations_.data());
   for_slices([&](std::size_t begin, std::size_t end, std::size_t) {
-    simd::rotated_residual(rows, r.data(), vector_.data(), rotated_.data(), begin, end);
+    simd::rotated_residual(rows, smoother.rest(), vector_.data(), rotated_.data(), begin, end);
   });
   CoarseLevel& coarse = levels_.front();
   parallel::for_chunks(threads, coarse.size(), node_grain,
