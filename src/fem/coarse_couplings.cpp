@@ -1,5 +1,6 @@
 // The couplings' part of the matrix of a coarse level.
 #include <algorithm>
+#include <cmath>
 
 #include "fem/coarse_level.hpp"
 #include "room.hpp"
@@ -13,6 +14,28 @@ constexpr std::uint32_t none = 0xffffffffU;
 
 }  // namespace
 
+WeightRows weight_rows(const SymmetricMatrix3& weight) {
+  constexpr double rounding = 1e-9;
+  std::array<double, 9> rest{weight.xx, weight.xy, weight.xz, weight.xy, weight.yy,
+                             weight.yz, weight.xz, weight.yz, weight.zz};
+  const double least = rounding * (weight.xx + weight.yy + weight.zz);
+  WeightRows result;
+  for (std::size_t k = 0; k < 3; ++k) {
+    std::size_t pivot = 0;
+    for (std::size_t i = 1; i < 3; ++i)
+      if (rest[4 * i] > rest[4 * pivot]) pivot = i;
+    if (!(rest[4 * pivot] > least)) break;
+    const double factor = 1.0 / std::sqrt(rest[4 * pivot]);
+    double* row = &result.rows[3 * k];
+    for (std::size_t i = 0; i < 3; ++i) row[i] = factor * rest[3 * pivot + i];
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t j = 0; j < 3; ++j) rest[3 * i + j] -= row[i] * row[j];
+    }
+    result.count = k == 0 ? 1 : 3;
+  }
+  return result;
+}
+
 std::uint32_t CouplingJacobians::block(std::size_t coupling, std::uint32_t node) {
   const std::uint32_t first = begin[coupling];
   std::uint32_t& used = count[coupling];
@@ -21,7 +44,8 @@ std::uint32_t CouplingJacobians::block(std::size_t coupling, std::uint32_t node)
   }
   const std::uint32_t added = first + used++;
   nodes[added] = node;
-  std::fill_n(motions.begin() + static_cast<std::ptrdiff_t>(simd::three_rows * added), simd::three_rows, 0.0);
+  std::fill_n(motions.begin() + static_cast<std::ptrdiff_t>(simd::three_rows * added),
+              simd::row_of_six * rows[coupling], 0.0);
   return added;
 }
 
@@ -30,9 +54,9 @@ void CouplingJacobians::reset(std::size_t couplings, const std::vector<std::uint
   begin[0] = 0;
   for (std::size_t c = 0; c < couplings; ++c) begin[c + 1] = begin[c] + limits[c];
   assign_with_room(count, couplings, 0U);
+  resize_with_room(rows, couplings);
   resize_with_room(nodes, begin[couplings]);
   resize_with_room(motions, simd::three_rows * begin[couplings]);
-  resize_with_room(weighted, motions.size());
 }
 
 const double* CoupledRows::block(std::size_t row, std::uint32_t column) const {
@@ -40,27 +64,6 @@ const double* CoupledRows::block(std::size_t row, std::uint32_t column) const {
   const auto last = columns.begin() + static_cast<std::ptrdiff_t>(begin[row + 1]);
   return blocks.data() +
          simd::six_rows * static_cast<std::size_t>(std::lower_bound(first, last, column) - columns.begin());
-}
-
-/// Multiplies the Jacobians by the weights of the couplings.
-void CoarseLevel::weigh(const parallel::Threads& threads, const CouplingSystem& couplings) {
-  parallel::for_each(threads, jacobians_.count.size(), coupling_grain, [&](std::size_t c) {
-    if (jacobians_.count[c] == 0) return;
-    const SymmetricMatrix3 w = couplings.weight(c);
-    const std::array<double, 9> whole{w.xx, w.xy, w.xz, w.xy, w.yy, w.yz, w.xz, w.yz, w.zz};
-    const std::size_t first = jacobians_.begin[c];
-    for (std::size_t k = first; k < first + jacobians_.count[c]; ++k) {
-      const double* from = jacobians_.motions.data() + simd::three_rows * k;
-      double* to = jacobians_.weighted.data() + simd::three_rows * k;
-      for (std::size_t i = 0; i < 3; ++i) {
-        for (std::size_t j = 0; j < simd::row_of_six; ++j) {
-          to[simd::row_of_six * i + j] = whole[3 * i] * from[j] +
-                                         whole[3 * i + 1] * from[simd::row_of_six + j] +
-                                         whole[3 * i + 2] * from[2 * simd::row_of_six + j];
-        }
-      }
-    }
-  });
 }
 
 /// Lists the couplings at each node, ascending.
@@ -129,14 +132,14 @@ void CoarseLevel::add_blocks(const parallel::Threads& threads) {
         const std::uint32_t start = jacobians_.begin[entry.coupling];
         for (std::uint32_t b = start; b < start + jacobians_.count[entry.coupling]; ++b) {
           const std::uint32_t other = jacobians_.nodes[b];
-          if (other >= node) chunk.terms.push_back({entry.block, b, chunk.places[other]});
+          if (other >= node)
+            chunk.terms.push_back({entry.block, b, chunk.places[other], jacobians_.rows[entry.coupling]});
         }
       }
       for (std::uint32_t k = first; k < last; ++k) chunk.places[coupled_.columns[k]] = none;
       double* blocks = coupled_.blocks.data();
       std::fill(blocks + simd::six_rows * first, blocks + simd::six_rows * last, 0.0);
-      simd::add_outer_products(jacobians_.weighted.data(), jacobians_.motions.data(), chunk.terms.data(),
-                               chunk.terms.size(), blocks);
+      simd::add_outer_products(jacobians_.motions.data(), chunk.terms.data(), chunk.terms.size(), blocks);
     }
   });
 }
@@ -195,6 +198,7 @@ void CoarseLevel::coarsen_couplings(const parallel::Threads& threads, CouplingJa
       block_limits_[c] += transfer_.begin[node + 1] - transfer_.begin[node];
   }
   next.reset(couplings, block_limits_);
+  std::ranges::copy(jacobians_.rows, next.rows.begin());
   coupling_chunks_.resize(
       std::max(coupling_chunks_.size(), parallel::chunk_count(couplings, coupling_grain)));
   parallel::for_chunks(
@@ -205,7 +209,8 @@ void CoarseLevel::coarsen_couplings(const parallel::Threads& threads, CouplingJa
           for (std::uint32_t b = jacobians_.begin[c]; b < jacobians_.begin[c] + jacobians_.count[c]; ++b) {
             const std::uint32_t node = jacobians_.nodes[b];
             for (std::uint32_t k = transfer_.begin[node]; k < transfer_.begin[node + 1]; ++k)
-              terms.push_back({b, restriction_of_[k], next.block(c, transfer_.columns[k])});
+              terms.push_back(
+                  {b, restriction_of_[k], next.block(c, transfer_.columns[k]), jacobians_.rows[c]});
           }
         }
         simd::add_transfers(jacobians_.motions.data(), restriction_.blocks.data(), terms.data(), terms.size(),
@@ -213,9 +218,7 @@ void CoarseLevel::coarsen_couplings(const parallel::Threads& threads, CouplingJa
       });
 }
 
-void CoarseLevel::update(const parallel::Threads& threads, const CouplingSystem& couplings,
-                         CoarseLevel* next) {
-  weigh(threads, couplings);
+void CoarseLevel::update(const parallel::Threads& threads, CoarseLevel* next) {
   list_couplings();
   find_columns(threads);
   add_blocks(threads);

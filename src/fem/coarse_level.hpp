@@ -15,14 +15,24 @@
 
 namespace palpate::fem {
 
-/// Jacobians of the couplings on a level: for each coupling and node a 3x6 block, which maps the node's
-/// unknowns to the relative velocity.
+/// Rows V with V^T V = W, of the symmetric positive semi-definite weight W of a coupling. Contacts without
+/// friction have one row.
+struct WeightRows {
+  std::uint8_t count = 0;  ///< 0: W is zero; 1; or 3, of which the last may be zero
+  Dense<3, 3> rows{};
+};
+/// By Cholesky's method with pivots. Up to 1e-9 of the trace of W may be lost.
+[[nodiscard]] WeightRows weight_rows(const SymmetricMatrix3& weight);
+
+/// Weighted Jacobians of the couplings on a level: for each coupling and node a block of one or three rows of
+/// six. It maps the node's unknowns to V u, with the relative velocity u and V of WeightRows. So the
+/// couplings' matrix is the sum of J^T J.
 struct CouplingJacobians {
-  std::vector<std::uint32_t> begin;      ///< (n_couplings + 1) first block of each coupling
-  std::vector<std::uint32_t> count;      ///< (n_couplings) number of blocks in use
-  std::vector<std::uint32_t> nodes;      ///< of each block
-  simd::AlignedVector<double> motions;   ///< simd::three_rows for each block
-  simd::AlignedVector<double> weighted;  ///< motions times the weight of the coupling, made by CoarseLevel
+  std::vector<std::uint32_t> begin;     ///< (n_couplings + 1) first block of each coupling
+  std::vector<std::uint32_t> count;     ///< (n_couplings) number of blocks in use
+  std::vector<std::uint8_t> rows;       ///< (n_couplings) of a block: 1 or 3; 0: no block
+  std::vector<std::uint32_t> nodes;     ///< of each block
+  simd::AlignedVector<double> motions;  ///< simd::three_rows for each block
 
   /// Nodes of a coupling.
   [[nodiscard]] std::span<const std::uint32_t> of(std::size_t coupling) const {
@@ -64,7 +74,7 @@ class CoarseLevel {
 
   /// Makes the couplings' matrix from jacobians(), and passes the Jacobians to the next level.
   /// \param next  nullptr: this is the coarsest level
-  void update(const parallel::Threads& threads, const CouplingSystem& couplings, CoarseLevel* next);
+  void update(const parallel::Threads& threads, CoarseLevel* next);
   /// Solves from zero by two cycles of Gauss-Seidel and the levels below; on the coarsest level exactly.
   void solve(const parallel::Threads& threads, std::span<CoarseLevel> below);
 
@@ -74,7 +84,6 @@ class CoarseLevel {
     std::uint32_t coupling = 0;
     std::uint32_t block = 0;
   };
-  void weigh(const parallel::Threads& threads, const CouplingSystem& couplings);
   void list_couplings();
   [[nodiscard]] std::span<const Entry> entries(std::size_t node) const;
   void find_columns(const parallel::Threads& threads);

@@ -41,19 +41,41 @@ HWY_INLINE void add(double factor, const RowV& v, RowV& s) {
   for (std::size_t p = 0; p < parts; ++p) s[p] = hn::MulAdd(all, v[p], s[p]);
 }
 
+/// result += a^T b
+template <std::size_t rows>
+HWY_INLINE void add_outer_product(const double* a, const double* b, double* result) {
+  std::array<RowV, rows> row;
+  for (std::size_t k = 0; k < rows; ++k) row[k] = load(b + row_of_six * k);
+  for (std::size_t i = 0; i < 6; ++i) {
+    RowV sum = load(result + row_of_six * i);
+    for (std::size_t k = 0; k < rows; ++k) add(a[row_of_six * k + i], row[k], sum);
+    store(sum, result + row_of_six * i);
+  }
+}
+
+/// result += a b
+template <std::size_t rows>
+HWY_INLINE void add_transfer(const double* a, const float* b, double* result) {
+  std::array<RowV, rows> sums;
+  for (std::size_t i = 0; i < rows; ++i) sums[i] = load(result + row_of_six * i);
+  for (std::size_t k = 0; k < 6; ++k) {
+    const RowV row = load(b + row_of_six * k);
+    for (std::size_t i = 0; i < rows; ++i) add(a[row_of_six * i + k], row, sums[i]);
+  }
+  for (std::size_t i = 0; i < rows; ++i) store(sums[i], result + row_of_six * i);
+}
+
 }  // namespace
 
-void add_outer_products(const double* first, const double* second, const BlockTerm* terms, std::size_t count,
-                        double* results) {
+void add_outer_products(const double* jacobians, const BlockTerm* terms, std::size_t count, double* results) {
   for (std::size_t t = 0; t < count; ++t) {
-    const double* a = first + three_rows * terms[t].first;
-    const double* b = second + three_rows * terms[t].second;
+    const double* a = jacobians + three_rows * terms[t].first;
+    const double* b = jacobians + three_rows * terms[t].second;
     double* result = results + six_rows * terms[t].place;
-    const std::array rows{load(b), load(b + row_of_six), load(b + 2 * row_of_six)};
-    for (std::size_t i = 0; i < 6; ++i) {
-      RowV sum = load(result + row_of_six * i);
-      for (std::size_t k = 0; k < 3; ++k) add(a[row_of_six * k + i], rows[k], sum);
-      store(sum, result + row_of_six * i);
+    if (terms[t].rows == 1) {
+      add_outer_product<1>(a, b, result);
+    } else {
+      add_outer_product<3>(a, b, result);
     }
   }
 }
@@ -64,12 +86,11 @@ void add_transfers(const double* first, const float* second, const BlockTerm* te
     const double* a = first + three_rows * terms[t].first;
     const float* b = second + six_rows * terms[t].second;
     double* result = results + three_rows * terms[t].place;
-    std::array sums{load(result), load(result + row_of_six), load(result + 2 * row_of_six)};
-    for (std::size_t k = 0; k < 6; ++k) {
-      const RowV row = load(b + row_of_six * k);
-      for (std::size_t i = 0; i < 3; ++i) add(a[row_of_six * i + k], row, sums[i]);
+    if (terms[t].rows == 1) {
+      add_transfer<1>(a, b, result);
+    } else {
+      add_transfer<3>(a, b, result);
     }
-    for (std::size_t i = 0; i < 3; ++i) store(sums[i], result + row_of_six * i);
   }
 }
 
@@ -89,9 +110,8 @@ namespace palpate::simd {
 HWY_EXPORT(add_outer_products);
 HWY_EXPORT(add_transfers);
 
-void add_outer_products(const double* first, const double* second, const BlockTerm* terms, std::size_t count,
-                        double* results) {
-  HWY_DYNAMIC_DISPATCH(add_outer_products)(first, second, terms, count, results);
+void add_outer_products(const double* jacobians, const BlockTerm* terms, std::size_t count, double* results) {
+  HWY_DYNAMIC_DISPATCH(add_outer_products)(jacobians, terms, count, results);
 }
 void add_transfers(const double* first, const float* second, const BlockTerm* terms, std::size_t count,
                    double* results) {
@@ -100,15 +120,14 @@ void add_transfers(const double* first, const float* second, const BlockTerm* te
 
 namespace scalar {
 
-void add_outer_products(const double* first, const double* second, const BlockTerm* terms, std::size_t count,
-                        double* results) {
+void add_outer_products(const double* jacobians, const BlockTerm* terms, std::size_t count, double* results) {
   for (std::size_t t = 0; t < count; ++t) {
-    const double* a = first + three_rows * terms[t].first;
-    const double* b = second + three_rows * terms[t].second;
+    const double* a = jacobians + three_rows * terms[t].first;
+    const double* b = jacobians + three_rows * terms[t].second;
     double* result = results + six_rows * terms[t].place;
     for (std::size_t i = 0; i < 6; ++i) {
       for (std::size_t j = 0; j < 6; ++j) {
-        for (std::size_t k = 0; k < 3; ++k)
+        for (std::size_t k = 0; k < terms[t].rows; ++k)
           result[row_of_six * i + j] += a[row_of_six * k + i] * b[row_of_six * k + j];
       }
     }
@@ -121,7 +140,7 @@ void add_transfers(const double* first, const float* second, const BlockTerm* te
     const double* a = first + three_rows * terms[t].first;
     const float* b = second + six_rows * terms[t].second;
     double* result = results + three_rows * terms[t].place;
-    for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t i = 0; i < terms[t].rows; ++i) {
       for (std::size_t j = 0; j < 6; ++j) {
         for (std::size_t k = 0; k < 6; ++k)
           result[row_of_six * i + j] += a[row_of_six * i + k] * static_cast<double>(b[row_of_six * k + j]);

@@ -241,15 +241,14 @@ TEST(SimdTargets, BlocksOfCouplingsEqualTheirTwins) {
     const auto values = random_floats(count, seed);
     return simd::AlignedVector<double>(values.begin(), values.end());
   };
-  const auto first = random(simd::three_rows * 3, 1);
-  const auto second = random(simd::three_rows * 4, 2);
+  const auto jacobians = random(simd::three_rows * 4, 1);
   const auto transfers = PaddedCase::filled(simd::six_rows * 4, 3);
-  const std::vector<simd::BlockTerm> terms{{0, 3, 1}, {2, 0, 1}, {1, 1, 0}};
+  const std::vector<simd::BlockTerm> terms{{0, 3, 1, 3}, {2, 0, 1, 1}, {1, 1, 0, 3}, {3, 2, 0, 1}};
   const auto all = [&](auto&& outer, auto&& coarsen) {
     auto blocks = random(simd::six_rows * 2, 4);
-    outer(first.data(), second.data(), terms.data(), terms.size(), blocks.data());
+    outer(jacobians.data(), terms.data(), terms.size(), blocks.data());
     auto motions = random(simd::three_rows * 2, 5);
-    coarsen(first.data(), transfers.data(), terms.data(), terms.size(), motions.data());
+    coarsen(jacobians.data(), transfers.data(), terms.data(), terms.size(), motions.data());
     blocks.insert(blocks.end(), motions.begin(), motions.end());
     return blocks;
   };
