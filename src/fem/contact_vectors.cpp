@@ -174,7 +174,7 @@ void ContactSolver::compute_residual(Run& run) {
   const std::size_t rows = run.points().size();
   const std::size_t slices = values_ / simd::slice_values;
   const std::size_t chunks = parallel::chunk_count(slices, slice_grain);
-  assign_with_room(sums_, 2 * chunks, 0.0);
+  resize_with_room(sums_, 2 * chunks);
   parallel::for_chunks(run.threads, slices, slice_grain,
                        [&](std::size_t begin, std::size_t end, std::size_t chunk) {
                          const std::size_t from = simd::slice_values * begin;
@@ -182,6 +182,8 @@ void ContactSolver::compute_residual(Run& run) {
                          std::copy_n(&base_residual_[from], count, &residual_[from]);
                          simd::subtract_combination({product(0) + from, values_, c.size()}, scaled_.data(),
                                                     &residual_[from], count);
+                         double squares = 0.0;
+                         double by_mass = 0.0;
                          for (std::size_t row = simd::slice_rows * begin;
                               row < std::min(simd::slice_rows * end, rows); ++row) {
                            float* r = &residual_[place_of(row)];
@@ -193,9 +195,11 @@ void ContactSolver::compute_residual(Run& run) {
                              r[2 * simd::slice_rows] += entry.coefficient * f.z;
                            }
                            const double square = squared_length(get_row(residual_, row));
-                           sums_[2 * chunk] += square;
-                           sums_[2 * chunk + 1] += square * static_cast<double>(inverse_masses[row]);
+                           squares += square;
+                           by_mass += square * static_cast<double>(inverse_masses[row]);
                          }
+                         sums_[2 * chunk] = squares;
+                         sums_[2 * chunk + 1] = by_mass;
                        });
   run.squares = 0.0;
   run.by_mass = 0.0;
