@@ -18,13 +18,13 @@ namespace palpate::fem {
 /// pattern of the element stiffness. LinearSystem::multiply_exactly() has exact products in double.
 ///
 /// Rows are ordered by colour, and in a colour along a Z-curve through the rest positions of each body, so
-/// that neighbours in space are near in memory. Within windows they are ordered by the number of their blocks,
-/// so that slices of 16 rows (simd/sliced_rows.hpp) need little padding. No two points of an element have the
-/// same colour, and a slice has rows of one colour: a smoother can update them at once. Padding rows of a
-/// slice have no point. Assembly gathers: each block adds up its own terms, elements ascending, so that no two
-/// threads write one block and the bits do not depend on the thread count. Rows of bodies with tangent blocks
-/// (Elements) come last, in separate slices. They add up the blocks of their elements and smoothing domains;
-/// a row has blocks with all points of its domains.
+/// that neighbours in space are near in memory. Within windows they are ordered by the number of their
+/// blocks, so that slices of 16 rows (simd/sliced_rows.hpp) need little padding. No two points of an element
+/// have the same colour, and a slice has rows of one colour: a smoother can update them at once. Padding rows
+/// of a slice have no point. Assembly gathers: each block adds up its own terms, elements ascending, so that
+/// no two threads write one block and the bits do not depend on the thread count. Rows of bodies with tangent
+/// blocks (Elements) come last, in separate slices. They add up the blocks of their elements and smoothing
+/// domains; a row has blocks with all points of its domains.
 class BlockMatrix {
  public:
   /// Pattern: each free point of an element, with itself and with the other points of its elements and

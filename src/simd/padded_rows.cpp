@@ -92,8 +92,8 @@ template <class Indices>
 HWY_INLINE void add_pair(const float* columns, const Six& x, std::size_t c, const Indices& pair, SixV& sum) {
   const Eight d;
   if constexpr (parts == 1) {
-    sum[0] = hn::MulAdd(hn::Load(d, columns),
-                        hn::TableLookupLanes(hn::Load(d, x.values.data()), pair), sum[0]);
+    sum[0] =
+        hn::MulAdd(hn::Load(d, columns), hn::TableLookupLanes(hn::Load(d, x.values.data()), pair), sum[0]);
   } else {
     for (std::size_t p = 0; p < parts; ++p)
       sum[p] = hn::MulAdd(hn::Load(d, columns + lanes * p), hn::Set(d, x.values[2 * c + p]), sum[p]);

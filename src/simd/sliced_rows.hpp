@@ -18,8 +18,8 @@ inline constexpr std::size_t slice_symmetric = 6 * slice_rows;
 inline constexpr std::size_t slot_values = 9 * slice_rows;
 
 /// Rows are grouped by colour; rows of a colour are not connected. A row stores its blocks with rows of
-/// earlier colours first, then those of later colours. A slot may have earlier columns in some lanes and later
-/// ones in others.
+/// earlier colours first, then those of later colours. A slot may have earlier columns in some lanes and
+/// later ones in others.
 struct SliceHalves {
   std::uint32_t first_later = 0;   ///< first slot with a column of a later colour
   std::uint32_t last_earlier = 0;  ///< end of the slots with a column of an earlier colour
