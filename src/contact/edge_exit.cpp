@@ -7,8 +7,6 @@
 namespace palpate {
 namespace {
 
-constexpr double here = 1e-15;  // parameter of a crossing at the point itself, up to rounding
-
 struct SurfacePlane {
   Vec3 normal;
   double signed_weight;  ///< of an exit > 0, of an entry < 0; not yet normalised to a sum of one
@@ -20,7 +18,7 @@ EdgeExit::EdgeExit(const Bodies& bodies, std::span<const Vec3> positions, const 
                    const Vec3& p, const Vec3& edge, std::span<const Crossing> crossings) {
   const auto plane_of = [&](const Crossing& c) {
     const Vec3 area = area_vector(positions, at(bodies.triangles(), c.triangle));
-    const Vec3 n = normals.at_point(bodies, positions, c.triangle, p + c.parameter * edge);
+    const Vec3 n = normals.at_point(positions, c.triangle, p + c.parameter * edge);
     const double outwards = dot(area, edge) > 0.0 ? 1.0 : -1.0;
     return SurfacePlane{n, outwards * std::max(0.0, dot(n, normalized(edge))) / (1.0 - c.parameter + here)};
   };
@@ -58,40 +56,6 @@ void EdgeExit::add(const Vec3& edge, const Crossing& c, const Vec3& n, double fr
   weight += w;
   depth += w * c.parameter * dot(edge, n);
   normal += w * n;
-}
-
-void find_exits(const Bodies& bodies, std::span<const Vec3> positions, const SurfaceNormals& normals,
-                std::span<const CrossedEdge> edges, std::span<EdgeExit> exits) {
-  simd::CrossingEdges rows;
-  for (std::size_t begin = 0; begin < edges.size(); begin += simd::CrossingEdges::most) {
-    const std::size_t n = std::min(edges.size() - begin, simd::CrossingEdges::most);
-    for (std::size_t lane = 0; lane < n; ++lane) {
-      const CrossedEdge& edge = edges[begin + lane];
-      rows.from.put(at(positions, edge.point), lane);
-      rows.to.put(at(positions, edge.free_point), lane);
-      rows.parameter[lane] = edge.parameter;
-      normals.put_corners(bodies, positions, edge.triangle, rows.crossing, lane);
-    }
-    simd::find_planes(rows, 1.0 - link_weight, n);
-    for (std::size_t lane = 0; lane < n; ++lane) {
-      const CrossedEdge& edge = edges[begin + lane];
-      EdgeExit& exit = exits[begin + lane];
-      if (rows.nearest[lane] < here || !normals.is_interpolated(edge.triangle, rows.crossing, lane)) {
-        const Vec3& p = at(positions, edge.point);
-        const Vec3 displacement = at(positions, edge.free_point) - p;
-        const Vec3 normal =
-            normals.at_point(bodies, positions, edge.triangle, p + edge.parameter * displacement);
-        exit = {displacement, {-1, edge.triangle, edge.parameter}, normal};
-        continue;
-      }
-      exit.weight = rows.weight[lane];
-      exit.depth = rows.depth[lane];
-      exit.normal = {rows.weighted.x[lane], rows.weighted.y[lane], rows.weighted.z[lane]};
-      exit.nearest = rows.nearest[lane];
-      exit.distance = rows.distance[lane];
-      exit.at_point = false;
-    }
-  }
 }
 
 }  // namespace palpate

@@ -31,6 +31,9 @@ struct EdgeExit {
   /// The usual case, with the normal of the surface at the crossing.
   EdgeExit(const Vec3& edge, const Crossing& crossing, const Vec3& surface_normal);
 
+  /// Parameter below which a crossing is at the point itself, up to rounding.
+  static constexpr double here = 1e-15;
+
   /// Sum over the crossings of fraction * (1 / parameter^2 - 1 + link_weight); 1 if at_point.
   double weight = 0.0;
   double depth = 0.0;     ///< weighted sum of distances to the planes
@@ -42,17 +45,5 @@ struct EdgeExit {
  private:
   void add(const Vec3& edge, const Crossing& crossing, const Vec3& surface_normal, double fraction);
 };
-
-/// A border edge with one crossing.
-struct CrossedEdge {
-  Index point;  ///< in contact
-  Index free_point;
-  Index triangle;
-  double parameter;
-};
-
-/// Computes `exits` of edges with one crossing, with the same bits as one by one.
-void find_exits(const Bodies& bodies, std::span<const Vec3> positions, const SurfaceNormals& normals,
-                std::span<const CrossedEdge> edges, std::span<EdgeExit> exits);
 
 }  // namespace palpate
