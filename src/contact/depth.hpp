@@ -156,8 +156,8 @@ class DepthEstimate {
   void add_links(const Frame& frame, std::size_t c);
   void use_cached_plane(const Frame& frame, std::size_t c);
   [[nodiscard]] static double reach(const Estimate& estimate);
-  static NearFaces::Frame near_frame(const Frame& frame, const Scratch& scratch) {
-    return {frame.bodies, frame.positions, scratch.places, scratch.walks};
+  [[nodiscard]] NearFaces::Frame near_frame(const Frame& frame, const Scratch& scratch) const {
+    return {frame.bodies, frame.positions, scratch.places, scratch.walks, inexact_};
   }
   void list_surfaces(const Frame& frame, std::size_t begin, std::size_t end, Scratch& scratch);
   void add_beside(const NearFaces::Face& face, Scratch& scratch);
@@ -174,8 +174,10 @@ class DepthEstimate {
   bool finish_contact(const Frame& frame, std::size_t c, bool rough, ExitSearch& search);
   [[nodiscard]] double enough(const Frame& frame, std::size_t c) const;
   void raise_depths(const Frame& frame, Scratch& scratch);
-  void raise_depth(const Frame& frame, std::size_t c, double distance);
-  void raise_depth(const Frame& frame, std::size_t c, ExitSearch& search);
+  [[nodiscard]] double surface_bound(const Frame& frame, std::size_t c, double enough) const;
+  void search_surface(const Frame& frame, std::size_t c, const NearFaces::Search& search,
+                      ExitSearch& one_by_one);
+  void raise_depth(const Frame& frame, std::size_t c, double distance, double enough);
   [[nodiscard]] bool find_deepest(const Frame& frame);
   void lead_out(const Frame& frame);
   void lead_contact_out(const Frame& frame, std::size_t c, double fraction, ExitSearch& search);
@@ -185,6 +187,7 @@ class DepthEstimate {
 
   SurfaceNormals normals_;
   double surely_enough_;  ///< an edge with a larger squared length is long enough
+  double inexact_;        ///< by which distances may be wrong because of rounding
   PlaneSystem system_;
   std::vector<Index> border_begin_;  ///< (n_contacts + 1) first border edge of each contact
   std::vector<Estimate> estimates_;  ///< (n_contacts)

@@ -26,7 +26,9 @@ double longest_squared_edge(const Bodies& bodies) {
 }  // namespace
 
 DepthEstimate::DepthEstimate(const Bodies& bodies)
-    : normals_(bodies), surely_enough_(smallest * longest_squared_edge(bodies)) {}
+    : normals_(bodies),
+      surely_enough_(smallest * longest_squared_edge(bodies)),
+      inexact_(1e-14 * std::sqrt(longest_squared_edge(bodies))) {}
 
 double DepthEstimate::longer_distance(const Frame& frame, Index p, Index q, double now) {
   const std::span<const Vec3> rest = frame.bodies.points_rest();

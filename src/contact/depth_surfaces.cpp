@@ -97,59 +97,64 @@ void DepthEstimate::set_propagation_source(std::size_t c) {
 
 /// Raises the depths of `scratch.raise` to the distance of the surface.
 void DepthEstimate::raise_depths(const Frame& frame, Scratch& scratch) {
-  constexpr double near = 4.0;  // reaches
   scratch.searches.clear();
   std::uint32_t i = 0;
   for (const std::size_t c : scratch.raise) {
+    const double enough = this->enough(frame, c);
+    const double bound = surface_bound(frame, c, enough);
+    if (bound <= enough) continue;
     while (i < scratch.contacts.size() && scratch.contacts[i] < c) ++i;
-    const double crossing = estimates_[c].nearest_crossing * (1.0 + 1e-9);  // so that the search includes it
-    // In self-contact, a walk around the tets that are left out could go far.
-    if (i < scratch.contacts.size() && scratch.contacts[i] == c && !scratch.near.gave_up(i) &&
-        scratch.walks[i].without < 0 && crossing < near * scratch.walks[i].reach) {
-      scratch.searches.push_back({i, crossing, enough(frame, c)});
+    const bool is_known = i < scratch.contacts.size() && scratch.contacts[i] == c && !scratch.near.gave_up(i);
+    if (is_known && bound <= system_.nodes[c].length) {
+      scratch.searches.push_back({i, bound, enough});
     } else {
-      raise_depth(frame, c, scratch.search);
+      search_surface(frame, c, {0, bound, enough}, scratch.search);
     }
   }
-  scratch.near.search_on(near_frame(frame, scratch), scratch.searches);
-  for (const auto& [point, bound, enough] : scratch.searches) {
-    const std::size_t c = scratch.contacts[point];
-    if (scratch.near.gave_up(point)) {
-      raise_depth(frame, c, scratch.search);
+  scratch.near.search(near_frame(frame, scratch), scratch.searches);
+  for (const NearFaces::Search& search : scratch.searches) {
+    const std::size_t c = scratch.contacts[search.point];
+    if (scratch.near.gave_up(search.point)) {
+      search_surface(frame, c, search, scratch.search);
     } else {
-      raise_depth(frame, c, scratch.near.nearest(point));
+      raise_depth(frame, c, scratch.near.nearest(search.point), search.enough);
     }
   }
 }
 
-/// If the depth is not less than `distance`, or than a distance that differs by rounding alone, it stays.
-void DepthEstimate::raise_depth(const Frame& frame, std::size_t c, double distance) {
-  if (distance <= enough(frame, c) || !std::isfinite(distance)) return;
-  frame.table.contacts().depth[c] = distance;
-  if (estimates_[c].from_surface == from_planes) estimates_[c].from_surface = raised;
-}
-
-/// Raises a depth to the distance of the surface. Before a search, looks for surface along a few directions.
-void DepthEstimate::raise_depth(const Frame& frame, std::size_t c, ExitSearch& search) {
+/// An upper bound of the distance from the surface, by a look along a few directions. Not more than `enough`
+/// if one of them shows that no search is needed.
+double DepthEstimate::surface_bound(const Frame& frame, std::size_t c, double enough) const {
   const Contacts& contacts = frame.table.contacts();
   const Vec3& p = at(frame.positions, contacts.point[c]);
-  const double enough = this->enough(frame, c);
   double bound = estimates_[c].nearest_crossing;
-  const auto try_direction = [&](const Vec3& direction) {
+  const auto look_along = [&](const Vec3& direction) {
     bound = std::min(bound, surface_ahead(frame.bodies, frame.positions, contacts.tet[c], p, direction));
     return bound <= enough;
   };
-  if (try_direction(contacts.direction[c])) return;
+  if (look_along(contacts.direction[c])) return bound;
   if (bound > system_.nodes[c].length) {  // a smaller bound makes the search visit far fewer tets
     for (const Vec3& direction :
          {Vec3{1, 0, 0}, Vec3{-1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, -1, 0}, Vec3{0, 0, 1}, Vec3{0, 0, -1}}) {
-      if (try_direction(direction)) return;
+      if (look_along(direction)) return bound;
     }
   }
-  bound *= 1.0 + 1e-9;  // so that the search includes a point at this distance
-  const SurfacePoint found =
-      search.nearest(frame.bodies, frame.positions, contacts.tet[c], p, own_point(frame, c), bound, enough);
-  raise_depth(frame, c, found.distance);
+  return bound * (1.0 + 1e-9);  // so that the search includes a point at this distance
+}
+
+void DepthEstimate::search_surface(const Frame& frame, std::size_t c, const NearFaces::Search& search,
+                                   ExitSearch& one_by_one) {
+  const Contacts& contacts = frame.table.contacts();
+  const SurfacePoint found = one_by_one.nearest(frame.bodies, frame.positions, contacts.tet[c],
+                                                at(frame.positions, contacts.point[c]), own_point(frame, c),
+                                                search.bound, search.enough);
+  raise_depth(frame, c, found.distance, search.enough);
+}
+
+void DepthEstimate::raise_depth(const Frame& frame, std::size_t c, double distance, double enough) {
+  if (distance <= enough || !std::isfinite(distance)) return;
+  frame.table.contacts().depth[c] = distance;
+  if (estimates_[c].from_surface == from_planes) estimates_[c].from_surface = raised;
 }
 
 }  // namespace palpate

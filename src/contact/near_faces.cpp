@@ -1,6 +1,7 @@
 #include "contact/near_faces.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "contact/nearest_surface.hpp"
 #include "mesh/faces.hpp"
@@ -13,39 +14,51 @@ bool has(const auto& corners, Index point) {
   return std::find(corners.begin(), corners.end(), point) != corners.end();
 }
 
-/// Faces at a distance are visited although rounding puts them a little beyond it.
-double rounded_up(double squared) {
-  return squared * (1.0 + 1e-12);
+/// The square of a distance, so much larger that no face at the distance is missed because of rounding.
+double rounded_up(const NearFaces::Frame& frame, double distance) {
+  const double enough = distance * (1.0 + 1e-12) + frame.inexact;
+  return enough * enough;
 }
 
 }  // namespace
 
+/// Adds a tet to the walk of a point. Its distances may be known; but each walk visits its tets in their
+/// order.
 void NearFaces::add(std::uint32_t point, Index tet) {
   Walk& walk = walks_[point];
+  const auto pair = static_cast<std::uint32_t>(pairs_.size());
+  const std::uint32_t known = walk.waits ? none : pair_of(walk.known, tet);
   pairs_.push_back({point, tet});
   before_.push_back(walk.last);
-  walk.last = static_cast<std::uint32_t>(pairs_.size() - 1);
+  walk.last = pair;
   ++walk.tets;
+  squared_.emplace_back();
+  if (known != none) {
+    squared_[pair] = squared_[known];
+  } else {
+    walk.waits = true;
+    next_.push_back(pair);
+  }
 }
 
-bool NearFaces::has_reached(const Walk& walk, Index tet) const {
-  for (std::uint32_t pair = walk.last; pair != none; pair = before_[pair])
-    if (pairs_[pair].tet == tet) return true;
-  return false;
+/// The pair of a point with a tet, of a walk of which `last` is the newest pair.
+std::uint32_t NearFaces::pair_of(std::uint32_t last, Index tet) const {
+  while (last != none && pairs_[last].tet != tet) last = before_[last];
+  return last;
 }
 
 /// Goes through the near faces of a tet. Calls found(walk, face) for those at the surface.
 template <class Found>
 void NearFaces::visit(const Frame& frame, std::uint32_t pair, Found&& found) {
   const auto [point, tet] = pairs_[pair];
-  const std::array<double, 4>& squared = squared_[pair];
+  const std::array<double, 4> squared = squared_[pair];
   const std::array<Index, 4>& neighbors = at(frame.bodies.tet_neighbors(), tet);
   const Index without = frame.points[point].without;
   for (std::size_t k = 0; k < 4; ++k) {
     if (!(squared[k] < walks_[point].radius2)) continue;
     const Index neighbor = neighbors[k];
     if (neighbor >= 0) {
-      if (has_reached(walks_[point], neighbor)) continue;
+      if (pair_of(walks_[point].last, neighbor) != none) continue;
       if (without >= 0 && has(at(frame.bodies.tets(), neighbor), without)) continue;
       if (walks_[point].tets < most_tets) {
         add(point, neighbor);
@@ -69,50 +82,49 @@ void NearFaces::visit(const Frame& frame, std::uint32_t pair, Found&& found) {
 }
 
 template <class Found>
-void NearFaces::walk_on(const Frame& frame, std::size_t begin, Found&& found) {
-  while (begin < pairs_.size()) {
-    const std::size_t end = pairs_.size();
-    squared_.resize(end);
-    simd::find_face_distances(frame.positions, frame.bodies.tets(), frame.places,
-                              std::span(pairs_).subspan(begin, end - begin),
-                              std::span(squared_).subspan(begin));
-    for (; begin < end; ++begin) visit(frame, static_cast<std::uint32_t>(begin), found);
+void NearFaces::walk_on(const Frame& frame, Found&& found) {
+  while (!next_.empty()) {
+    std::swap(todo_, next_);
+    next_.clear();
+    simd::find_face_distances(frame.positions, frame.bodies.tets(), frame.places, pairs_, todo_, squared_);
+    for (const std::uint32_t pair : todo_) visit(frame, pair, found);
   }
 }
 
 void NearFaces::find(const Frame& frame) {
   pairs_.clear();
   before_.clear();
+  squared_.clear();
   found_.clear();
+  next_.clear();
   resize_with_room(walks_, frame.points.size());
   for (std::uint32_t p = 0; p < frame.points.size(); ++p) {
     const double reach = frame.points[p].reach;
-    walks_[p] = {rounded_up(reach * reach), 0.0, 0.0, none, 0, false};
+    walks_[p] = {.radius2 = rounded_up(frame, reach)};
     add(p, frame.points[p].tet);
   }
-  walk_on(frame, 0, [&](const Walk&, const Face& face) {
+  walk_on(frame, [&](const Walk&, const Face& face) {
     if (face.distance < frame.points[face.point].reach) found_.push_back(face);
   });
 }
 
-void NearFaces::search_on(const Frame& frame, std::span<const Search> searches) {
-  const auto found = [](Walk& walk, const Face& face) {
+void NearFaces::search(const Frame& frame, std::span<const Search> searches) {
+  const auto found = [&](Walk& walk, const Face& face) {
     if (!(face.distance < walk.nearest)) return;
     walk.nearest = face.distance;
-    walk.radius2 = face.distance <= walk.enough ? 0.0 : rounded_up(face.distance * face.distance);
+    walk.radius2 = face.distance <= walk.enough ? 0.0 : rounded_up(frame, face.distance);
   };
-  const std::size_t begin = pairs_.size();
+  next_.clear();
   for (const auto& [point, bound, enough] : searches) {
-    Walk& walk = walks_[point];
-    walk.radius2 = rounded_up(bound * bound);
-    walk.nearest = bound;
-    walk.enough = enough;
-    std::array<std::uint32_t, most_tets> visited;
-    std::size_t count = 0;
-    for (std::uint32_t pair = walk.last; pair != none; pair = before_[pair]) visited[count++] = pair;
-    while (count > 0) visit(frame, visited[--count], found);
+    walks_[point] = {
+        .radius2 = rounded_up(frame, bound), .nearest = bound, .enough = enough, .known = walks_[point].last};
+    auto pair = static_cast<std::uint32_t>(pairs_.size());
+    add(point, frame.points[point].tet);
+    const std::size_t waiting = next_.size();
+    for (; pair < pairs_.size() && (next_.size() == waiting || pair < next_[waiting]); ++pair)
+      visit(frame, pair, found);
   }
-  walk_on(frame, begin, found);
+  walk_on(frame, found);
 }
 
 }  // namespace palpate

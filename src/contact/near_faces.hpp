@@ -15,8 +15,8 @@ namespace palpate {
 /// Finds the surface near many points at once, each in a tet: the walks of ExitSearch, round by round,
 /// several tets at a time. For points near the surface; a walk over many tets is given up.
 ///
-/// find() visits the tets within the reach of each point, and keeps them. search_on() goes on from there,
-/// for the points that need the nearest surface beyond their reach.
+/// find() visits the tets within the reach of each point, and keeps their distances for search(), which finds
+/// the nearest surface of those points that need it.
 class NearFaces {
  public:
   static constexpr std::size_t most_points = 64;
@@ -24,9 +24,11 @@ class NearFaces {
   /// Reserves memory for all walks, so that later steps allocate none.
   NearFaces() {
     constexpr std::size_t most_pairs = most_points * most_tets;
-    pairs_.reserve(most_pairs);
-    before_.reserve(most_pairs);
-    squared_.reserve(most_pairs);
+    pairs_.reserve(2 * most_pairs);
+    before_.reserve(2 * most_pairs);
+    squared_.reserve(2 * most_pairs);
+    todo_.reserve(most_pairs);
+    next_.reserve(most_pairs);
     found_.reserve(most_pairs);
     walks_.reserve(most_points);
   }
@@ -40,6 +42,7 @@ class NearFaces {
     std::span<const Vec3> positions;
     std::span<const Vec3> places;   ///< (n_points) at most most_points
     std::span<const Point> points;  ///< (n_points)
+    double inexact;                 ///< by which distances may be wrong
   };
   struct Face {
     std::uint32_t point;
@@ -58,36 +61,39 @@ class NearFaces {
   void find(const Frame& frame);
   /// They; for each point in the order of its walk. Those of walks that were given up are incomplete.
   [[nodiscard]] std::span<const Face> found() const { return found_; }
-  /// Searches for the nearest face, after find() for the same frame. For points without `without`: around
-  /// tets that are left out, it would depend on the order of visits how far a search gets.
-  void search_on(const Frame& frame, std::span<const Search> searches);
-  /// The distance of the nearest face that search_on() found; its bound if there was none.
+  /// Searches for nearest faces, after find() for the same frame. Each point is searched for once.
+  void search(const Frame& frame, std::span<const Search> searches);
+  /// The distance of the nearest face that search() found; its bound if there was none.
   [[nodiscard]] double nearest(std::uint32_t point) const { return walks_[point].nearest; }
   [[nodiscard]] bool gave_up(std::uint32_t point) const { return walks_[point].gave_up; }
 
  private:
-  struct Walk {
-    double radius2;  ///< squared, of the search
-    double nearest;
-    double enough;
-    std::uint32_t last;  ///< newest pair
-    std::uint32_t tets;
-    bool gave_up;
-  };
   static constexpr std::uint32_t none = 0xffffffff;
   static constexpr std::uint32_t most_tets = 24;
+  struct Walk {
+    double radius2;  ///< squared, of the search
+    double nearest = 0.0;
+    double enough = 0.0;
+    std::uint32_t last = none;   ///< newest pair
+    std::uint32_t known = none;  ///< newest pair of an earlier walk
+    std::uint32_t tets = 0;
+    bool waits = false;  ///< for distances of a pair
+    bool gave_up = false;
+  };
 
   void add(std::uint32_t point, Index tet);
-  [[nodiscard]] bool has_reached(const Walk& walk, Index tet) const;
-  /// Visits tets from the pair `begin` on, and those that are reached from there.
+  [[nodiscard]] std::uint32_t pair_of(std::uint32_t last, Index tet) const;
+  /// Visits the tets of `next_`, and those that are reached from there.
   template <class Found>
-  void walk_on(const Frame& frame, std::size_t begin, Found&& found);
+  void walk_on(const Frame& frame, Found&& found);
   template <class Found>
   void visit(const Frame& frame, std::uint32_t pair, Found&& found);
 
   std::vector<simd::PointAndTet> pairs_;
   std::vector<std::uint32_t> before_;           ///< (n_pairs) the pair of the same point before
   std::vector<std::array<double, 4>> squared_;  ///< (n_pairs) distances from faces
+  std::vector<std::uint32_t> todo_;             ///< pairs of this round, whose distances are not known yet
+  std::vector<std::uint32_t> next_;             ///< those of the next round
   std::vector<Walk> walks_;                     ///< (n_points)
   std::vector<Face> found_;
 };

@@ -65,15 +65,20 @@ HWY_INLINE Double squared_distance(const Vector& to_corner, const Vector& ij, co
 
 void find_face_distances(std::span<const Vec3> positions, std::span<const Tet> tets,
                          std::span<const Vec3> points, std::span<const PointAndTet> pairs,
-                         std::span<std::array<double, 4>> squared) {
+                         std::span<const std::uint32_t> which, std::span<std::array<double, 4>> squared) {
   const Vec3* at = positions.data();
-  for (std::size_t begin = 0; begin < pairs.size(); begin += double_lanes) {
-    const Block block{begin, pairs.size() - 1};
+  for (std::size_t begin = 0; begin < which.size(); begin += double_lanes) {
+    const Block block{begin, which.size() - 1};
     std::array<const Tet*, double_lanes> tet;
-    for (std::size_t lane = 0; lane < double_lanes; ++lane)
-      tet[lane] = tets.data() + pairs[block.item(lane)].tet;
-    const Vector p = load_vectors(
-        [&](std::size_t lane) HWY_ATTR -> const Vec3& { return points[pairs[block.item(lane)].point]; });
+    std::array<const Vec3*, double_lanes> point;
+    std::array<double*, double_lanes> distances;
+    for (std::size_t lane = 0; lane < double_lanes; ++lane) {
+      const std::uint32_t pair = which[block.item(lane)];
+      tet[lane] = tets.data() + pairs[pair].tet;
+      point[lane] = points.data() + pairs[pair].point;
+      distances[lane] = squared[pair].data();
+    }
+    const Vector p = load_vectors([&](std::size_t lane) HWY_ATTR -> const Vec3& { return *point[lane]; });
     CornerLanes c;
     for (std::size_t i = 0; i < 4; ++i) {
       c.to[i] = difference(
@@ -98,9 +103,8 @@ void find_face_distances(std::span<const Vec3> positions, std::span<const Tet> t
     const Double f1 = squared_distance(c.to[0], e02.product, e23.product, p03, rim(0, 2, 3, e02, e23, e03));
     const Double f2 = squared_distance(c.to[0], e01.product, e13.product, p03, rim(0, 1, 3, e01, e13, e03));
     const Double f3 = squared_distance(c.to[0], e01.product, e12.product, p02, rim(0, 1, 2, e01, e12, e02));
-    const auto to = [&](std::size_t lane) HWY_ATTR { return squared[block.item(lane)].data(); };
-    store_pairs({f0, f1}, to);
-    store_pairs({f2, f3}, [&](std::size_t lane) HWY_ATTR { return to(lane) + 2; });
+    store_pairs({f0, f1}, [&](std::size_t lane) HWY_ATTR { return distances[lane]; });
+    store_pairs({f2, f3}, [&](std::size_t lane) HWY_ATTR { return distances[lane] + 2; });
   }
 }
 
@@ -114,8 +118,8 @@ HWY_EXPORT(find_face_distances);
 
 void find_face_distances(std::span<const Vec3> positions, std::span<const Tet> tets,
                          std::span<const Vec3> points, std::span<const PointAndTet> pairs,
-                         std::span<std::array<double, 4>> squared) {
-  HWY_DYNAMIC_DISPATCH(find_face_distances)(positions, tets, points, pairs, squared);
+                         std::span<const std::uint32_t> which, std::span<std::array<double, 4>> squared) {
+  HWY_DYNAMIC_DISPATCH(find_face_distances)(positions, tets, points, pairs, which, squared);
 }
 
 }  // namespace palpate::simd

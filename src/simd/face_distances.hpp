@@ -14,10 +14,10 @@ struct PointAndTet {
   Index tet;
 };
 
-/// Computes squared[i][k], the squared distance of the point of pairs[i] from the face opposite corner k of
-/// its tet. NaN counts as far.
+/// For each i in `which`, computes squared[i][k], the squared distance of the point of pairs[i] from the face
+/// opposite corner k of its tet. NaN counts as far.
 void find_face_distances(std::span<const Vec3> positions, std::span<const Tet> tets,
                          std::span<const Vec3> points, std::span<const PointAndTet> pairs,
-                         std::span<std::array<double, 4>> squared);
+                         std::span<const std::uint32_t> which, std::span<std::array<double, 4>> squared);
 
 }  // namespace palpate::simd
