@@ -119,14 +119,15 @@ class DepthEstimate {
     }
     ExitSearch search;
     NearFaces near;
-    std::vector<simd::WeightedPlane> planes;    ///< of the crossings
+    Index first_crossing = 0;
+    std::vector<simd::WeightedPlane> planes;    ///< (n_crossings)
     std::vector<simd::Doubtful> doubtful;       ///< of the planes or normals
     std::vector<std::size_t> contacts;          ///< that search
     std::vector<Vec3> places;                   ///< (n_searches) of their points
     std::vector<NearFaces::Point> walks;        ///< (n_searches)
     std::vector<simd::PointOfTriangle> points;  ///< nearest points to contacts, on triangles in reach
     std::vector<Beside> beside;                 ///< (n_points)
-    std::vector<Vec3> normals;                  ///< (n_points)
+    std::vector<Vec3> normals;                  ///< of an edge's crossings, later (n_points)
     std::vector<std::size_t> raise;             ///< contacts that may be nearer to the surface
     std::vector<NearFaces::Search> searches;    ///< of those
   };
@@ -150,9 +151,8 @@ class DepthEstimate {
   [[nodiscard]] static bool uses_cached_plane(const Frame& frame, std::size_t c, bool late);
   void add_crossings(const Frame& frame, std::size_t begin, std::size_t end, Scratch& scratch);
   void find_planes(const Frame& frame, Index begin, Index end, Scratch& scratch) const;
-  void add_border(const Frame& frame, std::size_t c, Index first,
-                  std::span<const simd::WeightedPlane> planes);
-  [[nodiscard]] simd::WeightedPlane unusual_plane(const Frame& frame, Index edge) const;
+  void add_border(const Frame& frame, std::size_t c, Scratch& scratch);
+  [[nodiscard]] simd::WeightedPlane unusual_plane(const Frame& frame, Index edge, Scratch& scratch) const;
   void add_links(const Frame& frame, std::size_t c);
   void use_cached_plane(const Frame& frame, std::size_t c);
   [[nodiscard]] static double reach(const Estimate& estimate);

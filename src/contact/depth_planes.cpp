@@ -72,11 +72,11 @@ void DepthEstimate::assemble(const Frame& frame) {
 /// Adds planes of crossings and links to a chunk of contacts.
 void DepthEstimate::add_crossings(const Frame& frame, std::size_t begin, std::size_t end, Scratch& scratch) {
   const bool late = frame.deadline.passed();
-  const Index first = at(frame.crossings.begin(), border_begin_[begin]);
-  find_planes(frame, first, at(frame.crossings.begin(), border_begin_[end]), scratch);
+  find_planes(frame, at(frame.crossings.begin(), border_begin_[begin]),
+              at(frame.crossings.begin(), border_begin_[end]), scratch);
   for (std::size_t c = begin; c < end; ++c) {
     estimates_[c].cached = uses_cached_plane(frame, c, late);
-    if (!estimates_[c].cached) add_border(frame, c, first, scratch.planes);
+    if (!estimates_[c].cached) add_border(frame, c, scratch);
     add_links(frame, c);
     if (estimates_[c].cached) use_cached_plane(frame, c);
   }
@@ -90,69 +90,79 @@ void DepthEstimate::find_planes(const Frame& frame, Index begin, Index end, Scra
   const std::vector<Index>& points = frame.table.contacts().point;
   grow_to(scratch.planes, n);
   grow_to(scratch.doubtful, n);
+  scratch.first_crossing = begin;
   const simd::CrossedEdges edges{points, frame.border_edges, surely_enough_, EdgeExit::here,
                                  1.0 - link_weight};
   const std::size_t doubtful =
       simd::find_planes(edges, normals_.smooth(frame.positions), crossings, scratch.planes, scratch.doubtful);
   for (const simd::Doubtful& d : std::span(scratch.doubtful).first(doubtful)) {
     const Crossing& crossing = crossings[d.item];
-    if (normals_.needs_more(crossing.triangle, d))
-      scratch.planes[d.item] = unusual_plane(frame, crossing.border_edge);
+    const Index edge = crossing.border_edge;
+    // If the edge has other crossings, too, this is done when they are added.
+    const bool is_alone = at(frame.crossings.begin(), edge + 1) - at(frame.crossings.begin(), edge) == 1;
+    if (is_alone && normals_.needs_more(crossing.triangle, d))
+      scratch.planes[d.item] = unusual_plane(frame, edge, scratch);
   }
 }
 
 /// Adds the planes of a contact's border edges.
-/// \param planes  of crossings, from `first` on
-void DepthEstimate::add_border(const Frame& frame, std::size_t c, Index first,
-                               std::span<const simd::WeightedPlane> planes) {
+void DepthEstimate::add_border(const Frame& frame, std::size_t c, Scratch& scratch) {
   Estimate& estimate = estimates_[c];
-  simd::WeightedPlane sum{};
+  std::array<double, 6> sums{};
   double edges = 0.0;
   double nearest = std::numeric_limits<double>::infinity();
   const Index* const crossings = frame.crossings.begin().data();
   for (Index e = border_begin_[c]; e < border_begin_[c + 1]; ++e) {
-    const simd::WeightedPlane* plane = planes.data() + (crossings[e] - first);
+    const simd::WeightedPlane* plane = scratch.planes.data() + (crossings[e] - scratch.first_crossing);
     simd::WeightedPlane unusual;
     if (crossings[e + 1] - crossings[e] != 1 || plane->special != 0.0) [[unlikely]] {
-      unusual = unusual_plane(frame, e);
+      unusual = unusual_plane(frame, e, scratch);
       plane = &unusual;
       // If a crossing is at the point itself, all others are ignored.
-      if (unusual.special != 0.0 && !std::exchange(estimate.fixed, true)) sum = {};
+      if (unusual.special != 0.0 && !std::exchange(estimate.fixed, true)) sums = {};
       estimate.without_crossing += crossings[e + 1] == crossings[e] ? 1 : 0;
+      if (unusual.sums[4] == 0.0) {
+        edges += unusual.sums[5];
+        continue;
+      }
     }
-    edges += plane->inverse;
-    if (plane->weight == 0.0 || (estimate.fixed && plane->special == 0.0)) [[unlikely]]
+    edges += plane->sums[5];
+    if (estimate.fixed && plane->special == 0.0) [[unlikely]]
       continue;
     nearest = std::min(nearest, plane->distance);
-    sum.depth += plane->depth;
-    sum.normal += plane->normal;
-    sum.weight += plane->weight;
-    sum.inverse += plane->inverse;
+    for (std::size_t k = 0; k < sums.size(); ++k) sums[k] += plane->sums[k];
   }
   estimate.edges = edges;
-  estimate.border_edges = sum.inverse;
-  estimate.border_weight = estimate.crossing_weight = sum.weight;
+  estimate.depth = sums[0];
+  estimate.normal = {sums[1], sums[2], sums[3]};
+  estimate.border_weight = estimate.crossing_weight = sums[4];
+  estimate.border_edges = sums[5];
   estimate.nearest_crossing = nearest;
   estimate.nearest_surface = std::numeric_limits<double>::infinity();
-  estimate.depth = sum.depth;
-  estimate.normal = sum.normal;
 }
 
 /// The plane of a border edge with any number of crossings; `special` where one of them is at the point. Its
 /// weight is zero if there is none.
-simd::WeightedPlane DepthEstimate::unusual_plane(const Frame& frame, Index edge) const {
+simd::WeightedPlane DepthEstimate::unusual_plane(const Frame& frame, Index edge, Scratch& scratch) const {
   const auto& [contact, free_point] = at(frame.border_edges, edge);
   const Index point = at(frame.table.contacts().point, contact);
   const double inverse = 1.0 / squared_distance(frame, point, free_point);
   const auto first = static_cast<std::size_t>(at(frame.crossings.begin(), edge));
-  const auto last = static_cast<std::size_t>(at(frame.crossings.begin(), edge + 1));
-  if (first == last) return {0.0, {}, 0.0, inverse, 0.0, 0.0};
+  const auto n = static_cast<std::size_t>(at(frame.crossings.begin(), edge + 1)) - first;
+  if (n == 0) return {{0.0, 0.0, 0.0, 0.0, 0.0, inverse}, 0.0, 0.0};
+  const std::span<const Crossing> crossings = frame.crossings.all().subspan(first, n);
   const Vec3& p = at(frame.positions, point);
-  const EdgeExit of_edge(frame.bodies, frame.positions, normals_, p, at(frame.positions, free_point) - p,
-                         frame.crossings.all().subspan(first, last - first));
-  const double scale = of_edge.at_point ? 1.0 : inverse;
-  return {scale * of_edge.depth, scale * of_edge.normal,      scale * of_edge.weight, inverse,
-          of_edge.distance,      of_edge.at_point ? 1.0 : 0.0};
+  const Vec3 displacement = at(frame.positions, free_point) - p;
+  scratch.normals.clear();
+  for (const Crossing& crossing : crossings)
+    scratch.normals.push_back(
+        normals_.at_point(frame.positions, crossing.triangle, p + crossing.parameter * displacement));
+  const EdgeExit exit(frame.bodies, frame.positions, displacement, crossings, scratch.normals);
+  const double scale = exit.at_point ? 1.0 : inverse;
+  const Vec3 normal = scale * exit.normal;
+  return {{scale * exit.depth, normal.x, normal.y, normal.z, scale * exit.weight, inverse},
+          exit.distance,
+          exit.at_point ? 1.0 : 0.0};
 }
 
 /// After the deadline, a contact uses its cached plane if there is one.

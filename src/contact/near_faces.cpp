@@ -5,7 +5,6 @@
 
 #include "contact/nearest_surface.hpp"
 #include "mesh/faces.hpp"
-#include "room.hpp"
 
 namespace palpate {
 namespace {
@@ -26,31 +25,30 @@ double rounded_up(const NearFaces::Frame& frame, double distance) {
 /// order.
 void NearFaces::add(std::uint32_t point, Index tet) {
   Walk& walk = walks_[point];
-  const auto pair = static_cast<std::uint32_t>(pairs_.size());
-  const std::uint32_t known = walk.waits ? none : pair_of(walk.known, tet);
-  pairs_.push_back({point, tet});
-  before_.push_back(walk.last);
+  const std::uint32_t pair = count_++;
+  pairs_[pair] = {point, tet, walk.last};
   walk.last = pair;
   ++walk.tets;
-  squared_.emplace_back();
-  if (known != none) {
-    squared_[pair] = squared_[known];
-  } else {
-    walk.waits = true;
-    next_.push_back(pair);
+  if (walk.known != none && !walk.waits) {
+    if (const std::uint32_t known = pair_of(walk.known, tet); known != none) {
+      squared_[pair] = squared_[known];
+      return;
+    }
   }
+  walk.waits = true;
+  next_.push_back(pair);
 }
 
 /// The pair of a point with a tet, of a walk of which `last` is the newest pair.
 std::uint32_t NearFaces::pair_of(std::uint32_t last, Index tet) const {
-  while (last != none && pairs_[last].tet != tet) last = before_[last];
+  while (last != none && pairs_[last].tet != tet) last = pairs_[last].before;
   return last;
 }
 
 /// Goes through the near faces of a tet. Calls found(walk, face) for those at the surface.
 template <class Found>
 void NearFaces::visit(const Frame& frame, std::uint32_t pair, Found&& found) {
-  const auto [point, tet] = pairs_[pair];
+  const auto [point, tet, before] = pairs_[pair];
   const std::array<double, 4> squared = squared_[pair];
   const std::array<Index, 4>& neighbors = at(frame.bodies.tet_neighbors(), tet);
   const Index without = frame.points[point].without;
@@ -92,12 +90,9 @@ void NearFaces::walk_on(const Frame& frame, Found&& found) {
 }
 
 void NearFaces::find(const Frame& frame) {
-  pairs_.clear();
-  before_.clear();
-  squared_.clear();
+  count_ = 0;
   found_.clear();
   next_.clear();
-  resize_with_room(walks_, frame.points.size());
   for (std::uint32_t p = 0; p < frame.points.size(); ++p) {
     const double reach = frame.points[p].reach;
     walks_[p] = {.radius2 = rounded_up(frame, reach)};
@@ -118,10 +113,10 @@ void NearFaces::search(const Frame& frame, std::span<const Search> searches) {
   for (const auto& [point, bound, enough] : searches) {
     walks_[point] = {
         .radius2 = rounded_up(frame, bound), .nearest = bound, .enough = enough, .known = walks_[point].last};
-    auto pair = static_cast<std::uint32_t>(pairs_.size());
+    std::uint32_t pair = count_;
     add(point, frame.points[point].tet);
     const std::size_t waiting = next_.size();
-    for (; pair < pairs_.size() && (next_.size() == waiting || pair < next_[waiting]); ++pair)
+    for (; pair < count_ && (next_.size() == waiting || pair < next_[waiting]); ++pair)
       visit(frame, pair, found);
   }
   walk_on(frame, found);

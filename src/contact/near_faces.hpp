@@ -21,16 +21,11 @@ class NearFaces {
  public:
   static constexpr std::size_t most_points = 64;
 
-  /// Reserves memory for all walks, so that later steps allocate none.
-  NearFaces() {
-    constexpr std::size_t most_pairs = most_points * most_tets;
-    pairs_.reserve(2 * most_pairs);
-    before_.reserve(2 * most_pairs);
-    squared_.reserve(2 * most_pairs);
+  /// Allocates memory for all walks, so that later steps allocate none.
+  NearFaces() : pairs_(2 * most_pairs), squared_(2 * most_pairs), walks_(most_points) {
     todo_.reserve(most_pairs);
     next_.reserve(most_pairs);
     found_.reserve(most_pairs);
-    walks_.reserve(most_points);
   }
   struct Point {
     Index tet;      ///< that contains the point
@@ -70,6 +65,7 @@ class NearFaces {
  private:
   static constexpr std::uint32_t none = 0xffffffff;
   static constexpr std::uint32_t most_tets = 24;
+  static constexpr std::size_t most_pairs = most_points * most_tets;
   struct Walk {
     double radius2;  ///< squared, of the search
     double nearest = 0.0;
@@ -89,8 +85,8 @@ class NearFaces {
   template <class Found>
   void visit(const Frame& frame, std::uint32_t pair, Found&& found);
 
-  std::vector<simd::PointAndTet> pairs_;
-  std::vector<std::uint32_t> before_;           ///< (n_pairs) the pair of the same point before
+  std::vector<simd::PointAndTet> pairs_;  ///< the first `count_` are used
+  std::uint32_t count_ = 0;
   std::vector<std::array<double, 4>> squared_;  ///< (n_pairs) distances from faces
   std::vector<std::uint32_t> todo_;             ///< pairs of this round, whose distances are not known yet
   std::vector<std::uint32_t> next_;             ///< those of the next round

@@ -1,9 +1,6 @@
 #include "contact/surface_normals.hpp"
 
 #include <algorithm>
-#include <atomic>
-#include <bit>
-#include <cstring>
 #include <numeric>
 #include <tuple>
 
@@ -12,26 +9,11 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t grain = 32768;
+constexpr std::size_t grain = 512;
 constexpr double smooth_cosine = 0.5;  // 60 degrees
 
 std::size_t corner_of(const Triangle& triangle, Index point) {
   return static_cast<std::size_t>(std::find(triangle.begin(), triangle.end(), point) - triangle.begin());
-}
-
-/// Sum of the area vectors of a fan's triangles, as simd::find_fan_normals() computes it.
-Vec3 area_of_fan(std::span<const Vec3> positions, std::span<const Triangle> fan) {
-  Vec3 area;
-  for (const Triangle& triangle : fan) area += area_vector(positions, triangle);
-  return area;
-}
-
-/// Several threads may write the same value.
-void set_mark(std::uint8_t& mark, std::uint8_t value) {
-  std::atomic_ref<std::uint8_t>(mark).store(value, std::memory_order_relaxed);
-}
-std::uint8_t get_mark(std::uint8_t& mark) {
-  return std::atomic_ref<std::uint8_t>(mark).load(std::memory_order_relaxed);
 }
 
 }  // namespace
@@ -119,76 +101,49 @@ void SurfaceNormals::find_fans(const Bodies& bodies, const Across& across) {
     }
     fans_of_point_.begin.push_back(static_cast<Index>(fans.size()));
   }
-  number_fans(triangles, fans, reached);
+  number_fans(fans, reached);
 }
 
 /// Numbers fans of one length one after the other, so that SIMD lanes have equal work.
-void SurfaceNormals::number_fans(std::span<const Triangle> triangles, std::vector<Fan>& fans,
-                                 std::span<const Index> corners) {
+void SurfaceNormals::number_fans(std::vector<Fan>& fans, std::span<const Index> corners) {
   std::ranges::sort(fans, {}, [](const Fan& fan) { return std::tuple(fan.body, fan.length, fan.number); });
   fans_of_point_.values.resize(fans.size());
   fan_begin_.assign(1, 0);
   for (const Fan& fan : fans) {
-    const auto number = static_cast<Index>(fan_begin_.size()) - 1;
-    at(fans_of_point_.values, fan.number) = number;
+    at(fans_of_point_.values, fan.number) = static_cast<Index>(fan_begin_.size()) - 1;
     for (Index n = fan.begin; n < fan.begin + fan.length; ++n)
-      fan_triangles_.push_back(at(triangles, at(corners, n) / 3));
+      fan_triangles_.push_back(at(triangles_, at(corners, n) / 3).corners);
     fan_begin_.push_back(static_cast<Index>(fan_triangles_.size()));
   }
   for (simd::SmoothTriangle& triangle : triangles_)
     for (Index& fan : triangle.fans) fan = at(fans_of_point_.values, fan);
-  marks_.assign(fans.size(), unknown);
-  // Later steps allocate no memory.
-  prepared_fans_.reserve(fans.size());
-  lists_.make_room_in_all(parallel::chunk_count(fans.size(), grain), std::min(fans.size(), grain));
+  wanted_.resize(fans.size());
   areas_.resize(fans.size());
   units_.resize(fans.size());
 }
 
 void SurfaceNormals::prepare(const parallel::Threads& threads, std::span<const Vec3> positions,
                              std::span<const Crossing> crossings) {
-  for (const Index fan : prepared_fans_) at(marks_, fan) = unknown;
-  prepared_fans_.clear();
-  parallel::for_chunks(threads, crossings.size(), 4096, [&](std::size_t begin, std::size_t end, std::size_t) {
-    std::uint8_t* const marks = marks_.data();  // stays in a register, although bytes are written
-    const simd::SmoothTriangle* const triangles = triangles_.data();
-    for (const Crossing& crossing : crossings.subspan(begin, end - begin)) {
-      const auto& [a, b, c] = triangles[crossing.triangle].fans;
-      set_mark(marks[a], wanted);
-      set_mark(marks[b], wanted);
-      set_mark(marks[c], wanted);
-    }
-  });
+  wanted_.forget();
+  parallel::for_chunks(threads, crossings.size(), 8 * grain,
+                       [&](std::size_t begin, std::size_t end, std::size_t) {
+                         const WantedItems::FirstWanted fans(wanted_);
+                         const simd::SmoothTriangle* const triangles = triangles_.data();
+                         for (const Crossing& crossing : crossings.subspan(begin, end - begin))
+                           for (const Index fan : triangles[crossing.triangle].fans) fans.want(fan);
+                       });
   prepare_wanted(threads, positions);
 }
 
 void SurfaceNormals::want(Index triangle) {
-  for (const Index fan : at(triangles_, triangle).fans) {
-    std::uint8_t& mark = at(marks_, fan);
-    if (get_mark(mark) == unknown) set_mark(mark, wanted);
-  }
+  for (const Index fan : at(triangles_, triangle).fans) wanted_.want(fan);
 }
 
 void SurfaceNormals::prepare_wanted(const parallel::Threads& threads, std::span<const Vec3> positions) {
-  lists_.fill(
-      threads, marks_.size(), grain, [&](std::size_t begin, std::size_t end, std::vector<Index>& found) {
-        constexpr std::uint64_t any_wanted = 0x0101010101010101U * wanted;  // of eight marks at a time
-        static_assert(std::endian::native == std::endian::little);
-        for (std::size_t i = begin; i < end; i += sizeof any_wanted) {
-          std::uint64_t marks = 0;
-          std::memcpy(&marks, &marks_[i], std::min(end - i, sizeof marks));
-          for (std::uint64_t left = marks & any_wanted; left != 0; left &= left - 1) {
-            const std::size_t fan = i + static_cast<std::size_t>(std::countr_zero(left)) / 8;
-            marks_[fan] = prepared;
-            found.push_back(static_cast<Index>(fan));
-          }
-        }
-      });
-  const std::size_t before = prepared_fans_.size();
-  lists_.append(prepared_fans_, parallel::chunk_count(marks_.size(), grain));
-  const std::span<const Index> added = std::span<const Index>(prepared_fans_).subspan(before);
-  parallel::for_chunks(threads, added.size(), 512, [&](std::size_t begin, std::size_t end, std::size_t) {
-    simd::find_fan_normals(fans(positions), added.subspan(begin, end - begin), areas_, units_);
+  const std::span<const Index> fans = wanted_.list(threads);
+  parallel::for_chunks(threads, fans.size(), grain, [&](std::size_t begin, std::size_t end, std::size_t) {
+    simd::find_fan_normals({positions, fan_begin_, fan_triangles_}, fans.subspan(begin, end - begin), areas_,
+                           units_);
   });
 }
 
@@ -230,16 +185,27 @@ Vec3 SurfaceNormals::interpolated(std::span<const Vec3> positions, Index triangl
   return normal == Vec3{} ? normalized(area) : normal;
 }
 
+/// Sum of the area vectors of a fan's triangles, as simd::find_fan_normals() computes it.
+Vec3 SurfaceNormals::area_of_fan(std::span<const Vec3> positions, Index fan) const {
+  Vec3 area;
+  const auto begin = static_cast<std::size_t>(at(fan_begin_, fan));
+  const auto end = static_cast<std::size_t>(at(fan_begin_, fan + 1));
+  for (const Triangle& triangle : std::span(fan_triangles_).subspan(begin, end - begin))
+    area += area_vector(positions, triangle);
+  return area;
+}
+
 Vec3 SurfaceNormals::at_point(std::span<const Vec3> positions, Index triangle, const Vec3& x) const {
   const auto area_of = [&](Index fan) {
-    return at(marks_, fan) == prepared ? at(areas_, fan) : area_of_fan(positions, triangles_of(fan));
+    return wanted_.is_listed(fan) ? at(areas_, fan) : area_of_fan(positions, fan);
   };
   return interpolated(positions, triangle, x, area_of, [&](Index fan) { return at(units_, fan); });
 }
 
 Vec3 SurfaceNormals::at_point_now(std::span<const Vec3> positions, Index triangle, const Vec3& x) const {
-  const auto area_of = [&](Index fan) { return area_of_fan(positions, triangles_of(fan)); };
-  return interpolated(positions, triangle, x, area_of, [&](Index fan) { return normalized(area_of(fan)); });
+  return interpolated(
+      positions, triangle, x, [&](Index fan) { return area_of_fan(positions, fan); },
+      [&](Index fan) { return normalized(area_of_fan(positions, fan)); });
 }
 
 void SurfaceNormals::at_points(std::span<const Vec3> positions, std::span<const simd::PointOfTriangle> points,

@@ -8,6 +8,7 @@
 #include <palpate/detection.hpp>
 #include <palpate/mesh.hpp>
 
+#include "contact/wanted_items.hpp"
 #include "geometry/vector.hpp"
 #include "parallel/parallel.hpp"
 #include "simd/triangle_normals.hpp"
@@ -57,7 +58,6 @@ class SurfaceNormals {
   }
 
  private:
-  enum Mark : std::uint8_t { unknown, wanted, prepared };
   /// Fraction of the triangle's height over which the normal rotates at a crease.
   static constexpr double band = 0.05;
 
@@ -66,16 +66,8 @@ class SurfaceNormals {
   Across find_creases(const Bodies& bodies);
   struct Fan;
   void find_fans(const Bodies& bodies, const Across& across);
-  void number_fans(std::span<const Triangle> triangles, std::vector<Fan>& fans,
-                   std::span<const Index> corners);
-  [[nodiscard]] simd::Fans fans(std::span<const Vec3> positions) const {
-    return {positions, fan_begin_, fan_triangles_};
-  }
-  [[nodiscard]] std::span<const Triangle> triangles_of(Index fan) const {
-    const auto begin = static_cast<std::size_t>(at(fan_begin_, fan));
-    return std::span(fan_triangles_)
-        .subspan(begin, static_cast<std::size_t>(at(fan_begin_, fan + 1)) - begin);
-  }
+  void number_fans(std::vector<Fan>& fans, std::span<const Index> corners);
+  [[nodiscard]] Vec3 area_of_fan(std::span<const Vec3> positions, Index fan) const;
   template <class AreaOfFan, class UnitOfFan>
   [[nodiscard]] Vec3 interpolated(std::span<const Vec3> positions, Index triangle, const Vec3& x,
                                   const AreaOfFan& area_of, const UnitOfFan& unit_of) const;
@@ -89,11 +81,9 @@ class SurfaceNormals {
   Rows fans_of_point_;                   ///< (n_points) in the order of their first triangles
   std::vector<Index> fan_begin_;         ///< (n_fans + 1) into fan_triangles_
   std::vector<Triangle> fan_triangles_;  ///< their corners
-  std::vector<std::uint8_t> marks_;      ///< (n_fans) Mark
-  std::vector<Vec3> areas_;              ///< (n_fans) sums of area vectors, of prepared fans
-  std::vector<Vec3> units_;              ///< (n_fans) their unit vectors
-  std::vector<Index> prepared_fans_;
-  parallel::ChunkedList<Index> lists_;
+  WantedItems wanted_;                   ///< fans; those listed are prepared
+  std::vector<Vec3> areas_;              ///< (n_fans) sums of area vectors
+  std::vector<Vec3> units_;              ///< (n_fans) unit vectors of the sums
 };
 
 }  // namespace palpate

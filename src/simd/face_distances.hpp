@@ -12,6 +12,7 @@ namespace palpate::simd {
 struct PointAndTet {
   std::uint32_t point;
   Index tet;
+  std::uint32_t before;  ///< for the caller
 };
 
 /// For each i in `which`, computes squared[i][k], the squared distance of the point of pairs[i] from the face

@@ -29,6 +29,15 @@ HWY_INLINE Vector unit(const Vector& v) {
           hn::IfThenElseZero(is_length, u.z)};
 }
 
+HWY_INLINE void store_vectors(const Vector& v, Vec3* to, const std::array<Index, double_lanes>& places) {
+  alignas(64) double rows[3][double_lanes];
+  hn::Store(v.x, doubles, rows[0]);
+  hn::Store(v.y, doubles, rows[1]);
+  hn::Store(v.z, doubles, rows[2]);
+  for (std::size_t lane = 0; lane < double_lanes; ++lane)
+    to[places[lane]] = {rows[0][lane], rows[1][lane], rows[2][lane]};
+}
+
 /// The fans of one block, one per lane.
 struct FanLanes {
   const Vec3* positions;
@@ -42,13 +51,16 @@ struct FanLanes {
     const Double zero = hn::Zero(doubles);
     Vector total{zero, zero, zero};
     for (std::size_t step = 0; step < steps; ++step) {
-      const auto corner = [&](std::size_t i) HWY_ATTR {
-        return load_vectors([&](std::size_t lane) HWY_ATTR -> const Vec3& {
-          return positions[triangles[lane][same_length ? step : std::min(step, last[lane])][i]];
-        });
+      const auto triangle = [&](std::size_t lane) HWY_ATTR -> const Triangle& {
+        return triangles[lane][same_length ? step : std::min(step, last[lane])];
       };
-      const Vector first = corner(0);
-      Vector area = cross(difference(corner(1), first), difference(corner(2), first));
+      const Vector a = load_vectors([&](std::size_t lane)
+                                        HWY_ATTR -> const Vec3& { return positions[triangle(lane)[0]]; });
+      const Vector b = load_vectors([&](std::size_t lane)
+                                        HWY_ATTR -> const Vec3& { return positions[triangle(lane)[1]]; });
+      const Vector c = load_vectors([&](std::size_t lane)
+                                        HWY_ATTR -> const Vec3& { return positions[triangle(lane)[2]]; });
+      Vector area = cross(difference(b, a), difference(c, a));
       if constexpr (!same_length) {
         const auto has = hn::Gt(length, hn::Set(doubles, static_cast<double>(step)));
         area = {hn::IfThenElseZero(has, area.x), hn::IfThenElseZero(has, area.y),
@@ -83,18 +95,8 @@ void find_fan_normals(const Fans& fans, std::span<const Index> which, std::span<
     }
     lanes.length = hn::Load(doubles, length);
     const Vector area = least == most ? lanes.area<true>(most) : lanes.area<false>(most);
-    const Vector n = unit(area);
-    alignas(64) double rows[6][double_lanes];
-    hn::Store(area.x, doubles, rows[0]);
-    hn::Store(area.y, doubles, rows[1]);
-    hn::Store(area.z, doubles, rows[2]);
-    hn::Store(n.x, doubles, rows[3]);
-    hn::Store(n.y, doubles, rows[4]);
-    hn::Store(n.z, doubles, rows[5]);
-    for (std::size_t lane = 0; lane < double_lanes; ++lane) {
-      areas[static_cast<std::size_t>(fan[lane])] = {rows[0][lane], rows[1][lane], rows[2][lane]};
-      units[static_cast<std::size_t>(fan[lane])] = {rows[3][lane], rows[4][lane], rows[5][lane]};
-    }
+    store_vectors(area, areas.data(), fan);
+    store_vectors(unit(area), units.data(), fan);
   }
 }
 
@@ -116,11 +118,15 @@ struct TriangleLanes {
   /// Interpolates the normals of the corners.
   HWY_INLINE NormalLanes normals_at(const Vector& x) const {
     const Double zero = hn::Zero(doubles);
-    const auto load_corner = [&](std::size_t i) HWY_ATTR {
-      return load_vectors([&](std::size_t lane)
-                              HWY_ATTR -> const Vec3& { return positions[triangle[lane]->corners[i]]; });
-    };
-    const Vector corner[3] = {load_corner(0), load_corner(1), load_corner(2)};
+    const Vector corner[3] = {load_vectors([&](std::size_t lane) HWY_ATTR -> const Vec3& {
+                                return positions[triangle[lane]->corners[0]];
+                              }),
+                              load_vectors([&](std::size_t lane) HWY_ATTR -> const Vec3& {
+                                return positions[triangle[lane]->corners[1]];
+                              }),
+                              load_vectors([&](std::size_t lane) HWY_ATTR -> const Vec3& {
+                                return positions[triangle[lane]->corners[2]];
+                              })};
     const Vector area = cross(difference(corner[1], corner[0]), difference(corner[2], corner[0]));
     const Vector to[3] = {difference(corner[0], x), difference(corner[1], x), difference(corner[2], x)};
     const Vector part[3] = {cross(to[1], to[2]), cross(to[2], to[0]), cross(to[0], to[1])};
@@ -229,12 +235,13 @@ std::size_t find_planes(const CrossedEdges& edges, const SmoothTriangles& triang
     const Double nearest = hn::IfThenElse(hn::Lt(t, one), t, one);
     const auto store = [&](Double first, Double second, std::size_t offset) HWY_ATTR {
       store_pairs({first, second},
-                  [&](std::size_t lane) HWY_ATTR { return &planes[block.item(lane)].depth + offset; });
+                  [&](std::size_t lane) HWY_ATTR { return planes[block.item(lane)].sums.data() + offset; });
     };
     store(hn::Mul(inverse, depth), hn::Mul(inverse, weighted.x), 0);
     store(hn::Mul(inverse, weighted.y), hn::Mul(inverse, weighted.z), 2);
     store(hn::Mul(inverse, weight), inverse, 4);
-    store(hn::Mul(nearest, hn::Sqrt(l2)), hn::Zero(doubles), 6);
+    store_pairs({hn::Mul(nearest, hn::Sqrt(l2)), hn::Zero(doubles)},
+                [&](std::size_t lane) HWY_ATTR { return &planes[block.item(lane)].distance; });
     const auto is_usual =
         hn::And(hn::Ge(l2, hn::Set(doubles, edges.shortest)), hn::Ge(t, hn::Set(doubles, edges.nearest)));
     count = list_doubtful(n, hn::And(is_usual, is_nonzero(n.unit)), block, doubtful.data(), count);

@@ -12,18 +12,6 @@
 /// operations one by one, in the order of geometry/vector.hpp.
 namespace palpate::simd {
 
-/// Fans: sets of triangles around points.
-struct Fans {
-  std::span<const Vec3> positions;
-  std::span<const Index> begin;  ///< fan i is triangles[begin[i], begin[i + 1]), at least one
-  std::span<const Triangle> triangles;
-};
-
-/// For each fan i in `which`, areas[i] becomes the sum of the area vectors of its triangles, and units[i]
-/// its unit vector (zero where it has none). Faster if neighbours in `which` are of one length.
-void find_fan_normals(const Fans& fans, std::span<const Index> which, std::span<Vec3> areas,
-                      std::span<Vec3> units);
-
 /// A surface triangle: its corners, and the fans whose normals are those of the corners.
 struct SmoothTriangle {
   std::array<Index, 3> corners;
@@ -35,6 +23,18 @@ struct SmoothTriangles {
   std::span<const Vec3> normals;  ///< (n_fans) unit
   double margin;  ///< a point with a weight below it is near a side; above 1 - margin, near a corner
 };
+
+/// Fans: sets of triangles around points.
+struct Fans {
+  std::span<const Vec3> positions;
+  std::span<const Index> begin;  ///< fan i is triangles[begin[i], begin[i + 1]), at least one
+  std::span<const Triangle> triangles;
+};
+
+/// For each fan i in `which`, areas[i] becomes the sum of the area vectors of its triangles, and units[i]
+/// its unit vector (zero where it has none). Faster if neighbours in `which` are of one length.
+void find_fan_normals(const Fans& fans, std::span<const Index> which, std::span<Vec3> areas,
+                      std::span<Vec3> units);
 
 /// A point of a surface triangle.
 struct PointOfTriangle {
@@ -65,10 +65,9 @@ struct CrossedEdges {
 
 /// The plane of a crossing, times its weight.
 struct WeightedPlane {
-  double depth;  ///< distance of the point in contact from the plane
-  Vec3 normal;   ///< unit
-  double weight;
-  double inverse;   ///< 1 / length of the edge^2
+  /// Distance of the point in contact from the plane, and unit normal, each times the weight; the weight;
+  /// 1 / length of the edge^2.
+  std::array<double, 6> sums;
   double distance;  ///< of the crossing from the point in contact
   double special;   ///< zero
 };
