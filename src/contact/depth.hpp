@@ -1,6 +1,9 @@
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -97,6 +100,17 @@ class DepthEstimate {
     bool cached = false;            ///< its plane is the cached one
     bool rough = false;             ///< there was no time to refine it
   };
+  /// Sums over the border edges of a contact.
+  struct BorderSums {
+    std::array<double, 6> sums{};                              ///< as in WeightedPlane
+    double nearest = std::numeric_limits<double>::infinity();  ///< crossing
+    double edges = 0.0;  ///< sum of 1 / length^2, if that of sums is not of all edges
+    bool other_edges = false;
+    void add(const simd::WeightedPlane& plane) {
+      nearest = std::min(nearest, plane.distance);
+      for (std::size_t k = 0; k < sums.size(); ++k) sums[k] += plane.sums[k];
+    }
+  };
   /// A surface triangle within reach of a contact.
   struct Beside {
     std::uint32_t search;  ///< number among those of its chunk
@@ -152,6 +166,7 @@ class DepthEstimate {
   void add_crossings(const Frame& frame, std::size_t begin, std::size_t end, Scratch& scratch);
   void find_planes(const Frame& frame, Index begin, Index end, Scratch& scratch) const;
   void add_border(const Frame& frame, std::size_t c, Scratch& scratch);
+  BorderSums unusual_border(const Frame& frame, std::size_t c, Scratch& scratch);
   [[nodiscard]] simd::WeightedPlane unusual_plane(const Frame& frame, Index edge, Scratch& scratch) const;
   void add_links(const Frame& frame, std::size_t c);
   void use_cached_plane(const Frame& frame, std::size_t c);

@@ -107,38 +107,47 @@ void DepthEstimate::find_planes(const Frame& frame, Index begin, Index end, Scra
 
 /// Adds the planes of a contact's border edges.
 void DepthEstimate::add_border(const Frame& frame, std::size_t c, Scratch& scratch) {
-  Estimate& estimate = estimates_[c];
-  std::array<double, 6> sums{};
-  double edges = 0.0;
-  double nearest = std::numeric_limits<double>::infinity();
-  const Index* const crossings = frame.crossings.begin().data();
-  for (Index e = border_begin_[c]; e < border_begin_[c + 1]; ++e) {
-    const simd::WeightedPlane* plane = scratch.planes.data() + (crossings[e] - scratch.first_crossing);
-    simd::WeightedPlane unusual;
-    if (crossings[e + 1] - crossings[e] != 1 || plane->special != 0.0) [[unlikely]] {
-      unusual = unusual_plane(frame, e, scratch);
-      plane = &unusual;
-      // If a crossing is at the point itself, all others are ignored.
-      if (unusual.special != 0.0 && !std::exchange(estimate.fixed, true)) sums = {};
-      estimate.without_crossing += crossings[e + 1] == crossings[e] ? 1 : 0;
-      if (unusual.sums[4] == 0.0) {
-        edges += unusual.sums[5];
-        continue;
-      }
+  const auto begin = static_cast<std::size_t>(border_begin_[c]);
+  const std::span<const Index> crossings =
+      frame.crossings.begin().subspan(begin, static_cast<std::size_t>(border_begin_[c + 1]) - begin + 1);
+  const simd::WeightedPlane* plane = scratch.planes.data() + (crossings[0] - scratch.first_crossing);
+  BorderSums sums;
+  for (std::size_t e = 0; e + 1 < crossings.size(); ++e, ++plane) {
+    if (crossings[e + 1] - crossings[e] != 1 || plane->special != 0.0) {
+      sums = unusual_border(frame, c, scratch);
+      break;
     }
-    edges += plane->sums[5];
-    if (estimate.fixed && plane->special == 0.0) [[unlikely]]
-      continue;
-    nearest = std::min(nearest, plane->distance);
-    for (std::size_t k = 0; k < sums.size(); ++k) sums[k] += plane->sums[k];
+    sums.add(*plane);
   }
-  estimate.edges = edges;
-  estimate.depth = sums[0];
-  estimate.normal = {sums[1], sums[2], sums[3]};
-  estimate.border_weight = estimate.crossing_weight = sums[4];
-  estimate.border_edges = sums[5];
-  estimate.nearest_crossing = nearest;
+  Estimate& estimate = estimates_[c];
+  estimate.edges = sums.other_edges ? sums.edges : sums.sums[5];
+  estimate.depth = sums.sums[0];
+  estimate.normal = {sums.sums[1], sums.sums[2], sums.sums[3]};
+  estimate.border_weight = estimate.crossing_weight = sums.sums[4];
+  estimate.border_edges = sums.sums[5];
+  estimate.nearest_crossing = sums.nearest;
   estimate.nearest_surface = std::numeric_limits<double>::infinity();
+}
+
+/// The planes of a contact, some of whose border edges have several crossings or none, or a crossing at the
+/// point itself.
+DepthEstimate::BorderSums DepthEstimate::unusual_border(const Frame& frame, std::size_t c, Scratch& scratch) {
+  BorderSums sums;
+  sums.other_edges = true;
+  Estimate& estimate = estimates_[c];
+  for (Index e = border_begin_[c]; e < border_begin_[c + 1]; ++e) {
+    const Index first = at(frame.crossings.begin(), e);
+    const Index n = at(frame.crossings.begin(), e + 1) - first;
+    simd::WeightedPlane plane;
+    if (n == 1) plane = at(scratch.planes, first - scratch.first_crossing);
+    if (n != 1 || plane.special != 0.0) plane = unusual_plane(frame, e, scratch);
+    sums.edges += plane.sums[5];
+    estimate.without_crossing += n == 0 ? 1 : 0;
+    // If a crossing is at the point itself, all others are ignored.
+    if (plane.special != 0.0 && !std::exchange(estimate.fixed, true)) sums.sums = {};
+    if (n > 0 && (!estimate.fixed || plane.special != 0.0)) sums.add(plane);
+  }
+  return sums;
 }
 
 /// The plane of a border edge with any number of crossings; `special` where one of them is at the point. Its

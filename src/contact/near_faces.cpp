@@ -84,7 +84,8 @@ void NearFaces::walk_on(const Frame& frame, Found&& found) {
   while (!next_.empty()) {
     std::swap(todo_, next_);
     next_.clear();
-    simd::find_face_distances(frame.positions, frame.bodies.tets(), frame.places, pairs_, todo_, squared_);
+    simd::find_face_distances(frame.positions, frame.bodies.tets(), frame.places, {pairs_.get(), count_},
+                              todo_, {squared_.get(), count_});
     for (const std::uint32_t pair : todo_) visit(frame, pair, found);
   }
 }

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -22,7 +23,9 @@ class NearFaces {
   static constexpr std::size_t most_points = 64;
 
   /// Allocates memory for all walks, so that later steps allocate none.
-  NearFaces() : pairs_(2 * most_pairs), squared_(2 * most_pairs), walks_(most_points) {
+  NearFaces()
+      : pairs_(std::make_unique_for_overwrite<simd::PointAndTet[]>(2 * most_pairs)),
+        squared_(std::make_unique_for_overwrite<std::array<double, 4>[]>(2 * most_pairs)) {
     todo_.reserve(most_pairs);
     next_.reserve(most_pairs);
     found_.reserve(most_pairs);
@@ -67,7 +70,7 @@ class NearFaces {
   static constexpr std::uint32_t most_tets = 24;
   static constexpr std::size_t most_pairs = most_points * most_tets;
   struct Walk {
-    double radius2;  ///< squared, of the search
+    double radius2 = 0.0;  ///< squared, of the search
     double nearest = 0.0;
     double enough = 0.0;
     std::uint32_t last = none;   ///< newest pair
@@ -85,12 +88,13 @@ class NearFaces {
   template <class Found>
   void visit(const Frame& frame, std::uint32_t pair, Found&& found);
 
-  std::vector<simd::PointAndTet> pairs_;  ///< the first `count_` are used
-  std::uint32_t count_ = 0;
-  std::vector<std::array<double, 4>> squared_;  ///< (n_pairs) distances from faces
-  std::vector<std::uint32_t> todo_;             ///< pairs of this round, whose distances are not known yet
-  std::vector<std::uint32_t> next_;             ///< those of the next round
-  std::vector<Walk> walks_;                     ///< (n_points)
+  // Memory for the longest walks. Most of it is never touched.
+  std::unique_ptr<simd::PointAndTet[]> pairs_;
+  std::unique_ptr<std::array<double, 4>[]> squared_;  ///< distances from faces, of each pair
+  std::uint32_t count_ = 0;                           ///< of pairs
+  std::vector<std::uint32_t> todo_;  ///< pairs of this round, whose distances are not known yet
+  std::vector<std::uint32_t> next_;  ///< those of the next round
+  std::array<Walk, most_points> walks_{};
   std::vector<Face> found_;
 };
 

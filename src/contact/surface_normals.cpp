@@ -16,6 +16,23 @@ std::size_t corner_of(const Triangle& triangle, Index point) {
   return static_cast<std::size_t>(std::find(triangle.begin(), triangle.end(), point) - triangle.begin());
 }
 
+/// The corners of triangles at each point, in the order of their triangles; corner i of triangle t is 3 t +
+/// i.
+Rows corners_of_points(const Bodies& bodies) {
+  const std::span<const Triangle> triangles = bodies.triangles();
+  Rows corners;
+  corners.begin.assign(bodies.points_rest().size() + 1, 0);
+  for (const Triangle& t : triangles)
+    for (const Index point : t) ++at(corners.begin, point + 1);
+  std::partial_sum(corners.begin.begin(), corners.begin.end(), corners.begin.begin());
+  corners.values.resize(3 * triangles.size());
+  std::vector<Index> next(corners.begin.begin(), corners.begin.end() - 1);
+  for (std::size_t t = 0; t < triangles.size(); ++t)
+    for (std::size_t i = 0; i < 3; ++i)
+      at(corners.values, at(next, triangles[t][i])++) = static_cast<Index>(3 * t + i);
+  return corners;
+}
+
 }  // namespace
 
 struct SurfaceNormals::Fan {
@@ -60,17 +77,7 @@ void SurfaceNormals::find_fans(const Bodies& bodies, const Across& across) {
   const std::span<const Triangle> triangles = bodies.triangles();
   triangles_.resize(triangles.size());
   for (std::size_t t = 0; t < triangles.size(); ++t) triangles_[t] = {triangles[t], {-1, -1, -1}};
-  Rows corners;  // of each point: 3 triangle + corner
-  corners.begin.assign(bodies.points_rest().size() + 1, 0);
-  for (const Triangle& t : triangles)
-    for (const Index point : t) ++at(corners.begin, point + 1);
-  std::partial_sum(corners.begin.begin(), corners.begin.end(), corners.begin.begin());
-  corners.values.resize(3 * triangles.size());
-  std::vector<Index> next(corners.begin.begin(), corners.begin.end() - 1);
-  for (std::size_t t = 0; t < triangles.size(); ++t)
-    for (std::size_t i = 0; i < 3; ++i)
-      at(corners.values, at(next, triangles[t][i])++) = static_cast<Index>(3 * t + i);
-
+  const Rows corners = corners_of_points(bodies);
   std::vector<Fan> fans;
   std::vector<Index> reached;  // of all fans, as in `corners`
   fans_of_point_.begin.assign(1, 0);
@@ -129,8 +136,12 @@ void SurfaceNormals::prepare(const parallel::Threads& threads, std::span<const V
                        [&](std::size_t begin, std::size_t end, std::size_t) {
                          const WantedItems::FirstWanted fans(wanted_);
                          const simd::SmoothTriangle* const triangles = triangles_.data();
-                         for (const Crossing& crossing : crossings.subspan(begin, end - begin))
-                           for (const Index fan : triangles[crossing.triangle].fans) fans.want(fan);
+                         for (const Crossing& crossing : crossings.subspan(begin, end - begin)) {
+                           const auto [a, b, c] = triangles[crossing.triangle].fans;
+                           fans.want(a);
+                           fans.want(b);
+                           fans.want(c);
+                         }
                        });
   prepare_wanted(threads, positions);
 }

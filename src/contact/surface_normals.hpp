@@ -54,7 +54,7 @@ class SurfaceNormals {
   }
   /// Whether the interpolation alone does not give the normal.
   [[nodiscard]] bool needs_more(Index triangle, const simd::Doubtful& doubtful) const {
-    return !doubtful.valid || from_crease(triangle, doubtful.weights) < band;
+    return !doubtful.valid || (at(creases_, triangle) != 0 && from_crease(triangle, doubtful.weights) < band);
   }
 
  private:
