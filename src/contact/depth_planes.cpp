@@ -163,9 +163,10 @@ simd::WeightedPlane DepthEstimate::unusual_plane(const Frame& frame, Index edge,
   const Vec3& p = at(frame.positions, point);
   const Vec3 displacement = at(frame.positions, free_point) - p;
   scratch.normals.clear();
-  for (const Crossing& crossing : crossings)
-    scratch.normals.push_back(
-        normals_.at_point(frame.positions, crossing.triangle, p + crossing.parameter * displacement));
+  for (const auto& [of_edge, triangle, parameter] : crossings) {
+    const Vec3 x = p + parameter * displacement;
+    scratch.normals.push_back(normals_.at_point(frame.positions, triangle, x));
+  }
   const EdgeExit exit(frame.bodies, frame.positions, displacement, crossings, scratch.normals);
   const double scale = exit.at_point ? 1.0 : inverse;
   const Vec3 normal = scale * exit.normal;

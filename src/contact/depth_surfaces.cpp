@@ -122,21 +122,21 @@ void DepthEstimate::raise_depths(const Frame& frame, Scratch& scratch) {
   }
 }
 
-/// An upper bound of the distance from the surface, by a look along a few directions. Not more than `enough`
-/// if one of them shows that no search is needed.
+/// An upper bound of the distance from the surface: its distance along a few directions. Not more than
+/// `enough` if one of them shows that no search is needed.
 double DepthEstimate::surface_bound(const Frame& frame, std::size_t c, double enough) const {
   const Contacts& contacts = frame.table.contacts();
   const Vec3& p = at(frame.positions, contacts.point[c]);
   double bound = estimates_[c].nearest_crossing;
-  const auto look_along = [&](const Vec3& direction) {
+  const auto try_direction = [&](const Vec3& direction) {
     bound = std::min(bound, surface_ahead(frame.bodies, frame.positions, contacts.tet[c], p, direction));
     return bound <= enough;
   };
-  if (look_along(contacts.direction[c])) return bound;
+  if (try_direction(contacts.direction[c])) return bound;
   if (bound > system_.nodes[c].length) {  // a smaller bound makes the search visit far fewer tets
     for (const Vec3& direction :
          {Vec3{1, 0, 0}, Vec3{-1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, -1, 0}, Vec3{0, 0, 1}, Vec3{0, 0, -1}}) {
-      if (look_along(direction)) return bound;
+      if (try_direction(direction)) return bound;
     }
   }
   return bound * (1.0 + 1e-9);  // so that the search includes a point at this distance
