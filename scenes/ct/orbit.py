@@ -7,7 +7,7 @@ import plates
 import volume as v
 
 FLOOR_THICKNESS = 2.4  # mm, as the shell of eye.py
-FRAGMENT = (-3.0, 8.0, 6.0, 7.0)  # centre from that of the bulb, and radii, mm: over the maxillary sinus
+FRAGMENT = (-3.0, 8.0, 7.0, 8.5)  # centre from that of the bulb, and radii, mm: over the maxillary sinus
 GAP = 1.0  # mm, between a plate and the border of the hole: the mesh of the border is rough
 FLOOR = ((-16.0, 12.0), (-5.0, 22.0), -12.5)  # x, y and largest z from the centre of the bulb, mm
 SMOOTH = 2.0  # mm: a CT of slices of 1.5 mm does not show smaller details of the floor
