@@ -27,6 +27,8 @@ SHAPES = {"bent": [], "flat": ["--flat"]}
 PLACES = {"planned": (-2.0, 7.0), "4 mm forward": (-2.0, 3.0), "4 mm lateral": (2.0, 7.0)}
 RISES = {"planned": 0.0, "1 mm higher": 1.0, "1 mm lower": -1.0}  # mm, of the plates of the CT: they fit into the hole, and reach no other place
 TETS = {"coarse": 12000, "middle": 24000, "fine": 48000, "finest": 96000}  # of all tissues
+OFF = ("globe_off", "globe off its place, mm", 1, 0.05)  # column, label, factor of its unit, least end of its axis
+CHARTED = {"synthetic": [OFF, ("herniated", "herniated tissue, ml", 1e-3, 0.1)], "ct": [OFF, ("orbit_larger", "orbit larger by, ml", 1e-3, 0.05)]}
 PARTS = ["repair", "fracture"]  # of the study of meshes: the scene as it is, and its fracture with smoothed fat
 BORDER, HOLE = 1.0, 1.4  # mm, of the part `fracture`, middle mesh: triangles at the border of the hole, and over it
 PRESSURE = 530.0  # Pa, 4 mmHg, of the plans and of the part `fracture`: with the scene's 1000 Pa, fat of half the stiffness is torn
@@ -131,6 +133,9 @@ def study_plans(folder, workers, head, shapes, places, factors):
     samples = [{"shape": shape, "place": place, "stiffness": factor, "pressure": PRESSURE, **plate_of(folder, head, shape, place)}
                for shape in shapes for place in places for factor in factors]
     rows = runs(SCENES[head], folder, samples, workers, change)
+    for row in rows:
+        if row["status"] == "done":
+            row["orbit_larger"] = row["orbit_volume"] - row["intact.orbit_volume"]
     ranked = rank(rows)
     write(folder / "plans", rows, {"ranked": ranked})
     print(f"{'plan':22} {'globe off, mm':>18} {'orbit larger by, ml':>20} {'herniated, ml':>14} {'plate, N':>9}  remarks")
@@ -138,7 +143,7 @@ def study_plans(folder, workers, head, shapes, places, factors):
         off, larger = entry["globe_off"], [volume / 1000 for volume in entry["orbit_larger"]]
         print(f"{entry['plan']:22} {off[0]:8.3f} to {off[1]:6.3f} {larger[0]:10.3f} to {larger[1]:6.3f} {entry['herniated'] / 1000:14.3f} "
               f"{entry['plate_force'] / 1e6:9.3f}  {entry['remarks']}")
-    chart_plans(folder / "plans.png", ranked, rows)
+    chart_plans(folder / "plans.png", ranked, rows, CHARTED[head])
 
 
 def remarks_of(row):
@@ -160,7 +165,7 @@ def rank(rows):
         done = [row for row in runs_of_plan if row["status"] == "done"]
         remarks = sorted({remark for row in runs_of_plan for remark in remarks_of(row)})
         off = [row["globe_off"] for row in done] or [float("inf")]
-        larger = [row["orbit_volume"] - row["intact.orbit_volume"] for row in done] or [float("inf")]
+        larger = [row["orbit_larger"] for row in done] or [float("inf")]
         ranked.append({"plan": name, "mean": sum(off) / len(off), "globe_off": [min(off), max(off)], "orbit_larger": [min(larger), max(larger)],
                        "herniated": max((row["herniated"] for row in done), default=float("inf")),
                        "plate_force": max((row["plate_force"] for row in done), default=float("inf")), "remarks": "; ".join(remarks)})
@@ -215,13 +220,12 @@ def axes(width, height, columns):
     return pyplot.subplots(1, columns, figsize=(width, height), layout="constrained", squeeze=False)
 
 
-def chart_plans(file, ranked, rows):
+def chart_plans(file, ranked, rows, shown):
     made = axes(9.0, 0.5 * len(ranked) + 1.4, 2)
     if made is None:
         return
     figure, (places,) = made
     colors = {0.5: "#56b4e9", 1.0: "#000000", 2.0: "#d55e00"}
-    shown = [("globe_off", "globe off its place, mm", 1, 0.05), ("herniated", "herniated tissue, ml", 1e-3, 0.1)]
     for axis, (column, label, unit, least) in zip(places, shown):
         for height, plan in enumerate(reversed(ranked)):
             own = [row for row in rows if row["status"] == "done" and f"{row['shape']}, {row['place']}" == plan["plan"]]
@@ -233,7 +237,10 @@ def chart_plans(file, ranked, rows):
                              label=f"fat, {row['stiffness']:g} times as stiff" if height == 0 else None)
         axis.set_yticks(range(len(ranked)), [plan["plan"] for plan in reversed(ranked)] if axis is places[0] else [])
         axis.set_xlabel(label)
-        axis.set_xlim(0, max(least, axis.get_xlim()[1]))
+        low, high = axis.get_xlim()
+        negative = any(row[column] < 0 for row in rows if row["status"] == "done")
+        axis.set_xlim(low if negative else 0, max(least, high))
+        axis.axvline(0, color="0.5", linewidth=0.8, zorder=0)
         axis.grid(axis="x", color="0.9")
     places[0].legend(frameon=False, fontsize=8)
     figure.savefig(file, dpi=120)
