@@ -163,16 +163,16 @@ simd::WeightedPlane DepthEstimate::unusual_plane(const Frame& frame, Index edge,
   const Vec3& p = at(frame.positions, point);
   const Vec3 displacement = at(frame.positions, free_point) - p;
   scratch.normals.clear();
-  for (const auto& [of_edge, triangle, parameter] : crossings) {
+  for (const auto& [border_edge, triangle, parameter] : crossings) {
     const Vec3 x = p + parameter * displacement;
     scratch.normals.push_back(normals_.at_point(frame.positions, triangle, x));
   }
-  const EdgeExit exit(frame.bodies, frame.positions, displacement, crossings, scratch.normals);
-  const double scale = exit.at_point ? 1.0 : inverse;
-  const Vec3 normal = scale * exit.normal;
-  return {{scale * exit.depth, normal.x, normal.y, normal.z, scale * exit.weight, inverse},
-          exit.distance,
-          exit.at_point ? 1.0 : 0.0};
+  const EdgeExit of_edge(frame.bodies, frame.positions, displacement, crossings, scratch.normals);
+  const double scale = of_edge.at_point ? 1.0 : inverse;
+  const Vec3 normal = scale * of_edge.normal;
+  return {{scale * of_edge.depth, normal.x, normal.y, normal.z, scale * of_edge.weight, inverse},
+          of_edge.distance,
+          of_edge.at_point ? 1.0 : 0.0};
 }
 
 /// After the deadline, a contact uses its cached plane if there is one.
