@@ -12,10 +12,12 @@ struct EdgeQuery::Frame {
   const PairFilter& may_touch;
   const ContactTable& contacts;
   const Deadline& deadline;
-  FacingClusters::Frame facing;
+  SurfaceFrame surface;
 
-  [[nodiscard]] bool has_end_in_contact(Index edge, Index body) const {
+  /// Whether an end of an edge of one of two bodies is in contact with the other one.
+  [[nodiscard]] bool has_end_in_contact(Index edge, const IndexPair& of) const {
     const Edge& ends = at(bodies.edges(), edge);
+    const Index body = at(bodies.body_of_point(), ends[0]) == of.first ? of.second : of.first;
     return contacts.find(ends[0], body) >= 0 || contacts.find(ends[1], body) >= 0;
   }
 };

@@ -22,10 +22,11 @@ constexpr double room_of_clusters = 2.0;
 
 }  // namespace
 
-double EdgeQuery::Validity::renew(double most) {
-  moved = 0.0;
-  room = fewest_detections * usual > most ? 0.0 : std::clamp(detections * usual, least_room * most, most);
-  return room;
+/// \param usual  relative motion per detection, m
+/// \param most   the largest margin, m
+double EdgeQuery::margin_of_list(double usual, double most) {
+  if (fewest_detections * usual > most) return 0.0;
+  return std::clamp(detections * usual, least_room * most, most);
 }
 
 double EdgeQuery::most_room(const NearPair& pair) const {
