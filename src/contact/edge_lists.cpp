@@ -9,6 +9,7 @@
 #include "geometry/predicates.hpp"
 #include "geometry/triangle.hpp"
 #include "room.hpp"
+#include "simd/reached_pairs.hpp"
 
 namespace palpate {
 namespace {
@@ -159,26 +160,26 @@ class EdgeQuery::Tests {
   void test(const IndexPair& bodies, ClusterGroups& groups, std::size_t group) {
     float& apart = groups.apart[group];
     apart = std::numeric_limits<float>::max();
+    const float moved = groups.moved[group];
+    const simd::ContactsOfEdges contacts = frame_.contacts_of_edges(bodies);
     const std::size_t end = groups.begin[group] + groups.listed[group];
     std::array<std::int32_t, most_at_once + Cluster::most_primitives> reached;
-    Index last = -1;
-    bool is_in_contact = false;
     for (std::size_t begin = groups.begin[group]; begin < end; begin += most_at_once) {
-      const std::size_t size =
-          simd::find_reached(near_.apart.data() + begin, std::min(most_at_once, end - begin),
-                             groups.moved[group], reached.data(), apart);
-      for (const std::int32_t i : std::span(reached).first(size)) {
-        const std::size_t place = begin + static_cast<std::size_t>(i);
-        const Index edge = near_.edge[place];
-        if (edge != last) is_in_contact = frame_.has_end_in_contact(edge, bodies);
-        last = edge;
-        if (is_in_contact) {
-          apart = -1.0F;  // it may be without a contact in the next detection
-        } else {
-          if (waiting_.is_full()) finish();
-          origins_[waiting_.add(edge, near_.triangle[place])] = {place, groups.moved[group], &apart};
+      const simd::ReachedPairs found =
+          simd::find_reached({&near_.edge[begin], &near_.apart[begin], std::min(most_at_once, end - begin)},
+                             moved, apart, contacts, reached.data());
+      apart = std::min(apart, found.least);
+      bool has_in_contact = found.has_in_contact;
+      for (const std::int32_t i : std::span(reached).first(found.size)) {
+        const std::size_t place = begin + static_cast<std::size_t>(i & ~simd::ReachedPairs::unsure);
+        if (i >= simd::ReachedPairs::unsure && frame_.has_end_in_contact(near_.edge[place], bodies)) {
+          has_in_contact = true;
+          continue;
         }
+        if (waiting_.is_full()) finish();
+        origins_[waiting_.add(near_.edge[place], near_.triangle[place])] = {place, moved, &apart};
       }
+      if (has_in_contact) apart = -1.0F;  // they may be without a contact in the next detection
     }
   }
   void finish() {

@@ -192,24 +192,6 @@ std::size_t move_pairs(const DisplacementBox* motions, const MovingPairs& pairs,
   return size;
 }
 
-std::size_t find_reached(const float* numbers, std::size_t size, float limit, std::int32_t* reached,
-                         float& least) {
-  std::size_t found = 0;
-  Float lowest = hn::Set(floats, least);
-  for (std::size_t i = 0; i < size; i += lanes()) {
-    const auto ours = hn::FirstN(floats, std::min(lanes(), size - i));
-    const Float number = hn::MaskedLoad(ours, floats, numbers + i);
-    const auto beyond = hn::Lt(hn::Set(floats, limit), number);
-    lowest = hn::IfThenElse(hn::And(ours, beyond), hn::Min(lowest, number), lowest);
-    const auto keep = hn::RebindMask(ints, hn::AndNot(beyond, ours));
-    if (hn::AllFalse(ints, keep)) continue;
-    const Int places = hn::Add(hn::Iota(ints, 0), hn::Set(ints, static_cast<std::int32_t>(i)));
-    found += store_kept(places, keep, reached + found);
-  }
-  least = hn::GetLane(hn::MinOfLanes(floats, lowest));
-  return found;
-}
-
 }  // namespace palpate::simd::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
@@ -218,7 +200,6 @@ namespace palpate::simd {
 
 HWY_EXPORT(follow);
 HWY_EXPORT(move_pairs);
-HWY_EXPORT(find_reached);
 
 FollowedPoints follow(const Vec3* now, const Vec3* before, const Index* points,
                       std::span<const Cluster> clusters, const LinearMotion* common, double error,
@@ -228,10 +209,6 @@ FollowedPoints follow(const Vec3* now, const Vec3* before, const Index* points,
 std::size_t move_pairs(const DisplacementBox* motions, const MovingPairs& pairs, std::size_t begin,
                        std::size_t end, std::int32_t* due) {
   return HWY_DYNAMIC_DISPATCH(move_pairs)(motions, pairs, begin, end, due);
-}
-std::size_t find_reached(const float* numbers, std::size_t size, float limit, std::int32_t* reached,
-                         float& least) {
-  return HWY_DYNAMIC_DISPATCH(find_reached)(numbers, size, limit, reached, least);
 }
 
 }  // namespace palpate::simd

@@ -59,9 +59,4 @@ struct MovingPairs {
 std::size_t move_pairs(const DisplacementBox* motions, const MovingPairs& pairs, std::size_t begin,
                        std::size_t end, std::int32_t* due);
 
-/// Finds the numbers in [0, size) that are not above a limit; `least` is lowered to the least of the others.
-/// Writes where they are; returns how many they are. There must be room for 16 more.
-std::size_t find_reached(const float* numbers, std::size_t size, float limit, std::int32_t* reached,
-                         float& least);
-
 }  // namespace palpate::simd
