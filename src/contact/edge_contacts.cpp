@@ -85,11 +85,13 @@ LineExit EdgeContactQuery::shortest_exit(const Bodies& bodies, std::span<const V
   LineExit best{out.parameter * whole, d};
   const double back = (1.0 - in.parameter) * whole;
   if (back < best.distance) best = {back, -d};
+  const Index body = bodies.body_of(at(bodies.triangles(), in.triangle));
   const EdgeLine line{.x = a,
                       .d = d,
                       .ends = ends,
                       .outward = outward_of_edge(bodies, positions, edge),
-                      .slack = at(slack_, bodies.body_of(at(bodies.triangles(), in.triangle)))};
+                      .is_own = body == bodies.body_of(ends),
+                      .slack = at(slack_, body)};
   double bound = best.distance;
   for (const Meeting& meeting : {in, out}) {
     const LineExit found = search.nearest(bodies, positions, meeting.triangle, line, bound);

@@ -176,7 +176,7 @@ class EdgeQuery::Tests {
           has_in_contact = true;
           continue;
         }
-        if (waiting_.is_full()) finish();
+        if (!waiting_.has_room(1)) finish();
         origins_[waiting_.add(near_.edge[place], near_.triangle[place])] = {place, moved, &apart};
       }
       if (has_in_contact) apart = -1.0F;  // they may be without a contact in the next detection

@@ -83,10 +83,14 @@ struct NearEdges {
     apart.reserve(size);
   }
   void append(std::span<const NearEdge> list) {
-    for (const NearEdge& near : list) {
-      edge.push_back(near.pair.edge);
-      triangle.push_back(near.pair.triangle);
-      apart.push_back(near.apart);
+    const std::size_t begin = size();
+    edge.resize(begin + list.size());
+    triangle.resize(begin + list.size());
+    apart.resize(begin + list.size());
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      edge[begin + i] = list[i].pair.edge;
+      triangle[begin + i] = list[i].pair.triangle;
+      apart[begin + i] = list[i].apart;
     }
   }
   void append(const NearEdges& other, std::size_t begin, std::size_t size) {

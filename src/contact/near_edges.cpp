@@ -151,10 +151,9 @@ void FacingClusters::list_side(std::size_t side, std::vector<NearEdge>& found) {
     for (; left != 0; left &= left - 1) {
       const auto lane = static_cast<std::size_t>(std::countr_zero(left));
       const Index edge = edges[lanes * block + lane];
-      for (std::uint32_t near = wanted_[lane]; near != 0; near &= near - 1) {
-        if (waiting_.is_full()) test_waiting(found);
+      if (!waiting_.has_room(lanes)) test_waiting(found);
+      for (std::uint32_t near = wanted_[lane]; near != 0; near &= near - 1)
         waiting_.add(edge, triangles[static_cast<std::size_t>(std::countr_zero(near))]);
-      }
     }
   }
 }

@@ -57,8 +57,10 @@ class WaitingPairs {
       : surfaces_{frame.positions.data(), frame.bodies.edges().data(), frame.bodies.triangles().data()},
         unit_(frame.unit) {}
   [[nodiscard]] std::size_t size() const { return size_; }
-  [[nodiscard]] bool is_full() const { return size_ == simd::EdgeTrianglePairs::most; }
-  /// Not if it is full. Returns the pair's number.
+  [[nodiscard]] bool has_room(std::size_t pairs) const {
+    return size_ + pairs <= simd::EdgeTrianglePairs::most;
+  }
+  /// Only where there is room. Returns the pair's number.
   std::size_t add(Index edge, Index triangle) {
     pairs_.edge[size_] = edge;
     pairs_.triangle[size_] = triangle;

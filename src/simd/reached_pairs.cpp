@@ -62,17 +62,26 @@ HWY_INLINE void keep_free(const PairColumns& pairs, const ContactsOfEdges& conta
 ReachedPairs find_reached(const PairColumns& pairs, float limit, float least, const ContactsOfEdges& contacts,
                           std::int32_t* places) {
   ReachedPairs found;
+  const Float bound = hn::Set(floats, limit);
   Float lowest = hn::Set(floats, least);
   Int place = hn::Iota(ints, 0);
-  for (std::size_t i = 0; i < pairs.size; i += lanes()) {
-    const auto ours = hn::FirstN(floats, std::min(lanes(), pairs.size - i));
-    const Float apart = hn::MaskedLoad(ours, floats, pairs.apart + i);
-    // What is not a number is reached.
-    const auto beyond = hn::And(ours, hn::Lt(hn::Set(floats, limit), apart));
+  // What is not a number is reached.
+  const auto take = [&](Float apart, hn::Mask<Floats> beyond, hn::Mask<Floats> ours) HWY_ATTR {
     lowest = hn::IfThenElse(beyond, hn::Min(lowest, apart), lowest);
     const IntMask reached = hn::RebindMask(ints, hn::AndNot(beyond, ours));
     if (!hn::AllFalse(ints, reached)) found.size += store_kept(place, reached, places + found.size);
     place = hn::Add(place, hn::Set(ints, static_cast<std::int32_t>(lanes())));
+  };
+  const auto all = hn::FirstN(floats, lanes());
+  std::size_t i = 0;
+  for (; i + lanes() <= pairs.size; i += lanes()) {
+    const Float apart = hn::LoadU(floats, pairs.apart + i);
+    take(apart, hn::Lt(bound, apart), all);
+  }
+  if (i < pairs.size) {
+    const auto ours = hn::FirstN(floats, pairs.size - i);
+    const Float apart = hn::MaskedLoad(ours, floats, pairs.apart + i);
+    take(apart, hn::And(ours, hn::Lt(bound, apart)), ours);
   }
   found.least = hn::GetLane(hn::MinOfLanes(floats, lowest));
   if (found.size > 0) keep_free(pairs, contacts, places, found);
