@@ -109,16 +109,15 @@ void EdgeQuery::list(const Task& task, FacingClusters& facing, std::vector<NearE
 
 /// Stores the new lists.
 void EdgeQuery::take_lists() {
-  listed_.clear();
-  near_lists_.append(listed_, parallel::chunk_count(to_list_.size(), listed_of_chunk));
   std::size_t begin = near_.size();
-  const std::size_t size = begin + listed_.size();
-  if (near_.edge.capacity() < size) {  // so that only the first searches allocate
-    near_.reserve(2 * size);
-    kept_.reserve(2 * size);
-    make_room(listed_, size);
+  const std::size_t chunks = parallel::chunk_count(to_list_.size(), listed_of_chunk);
+  std::size_t size = 0;
+  for (std::size_t chunk = 0; chunk < chunks; ++chunk) size += near_lists_.list(chunk).size();
+  if (!near_.has_room(size)) {  // so that only the first searches allocate
+    near_.make_room(2 * (begin + size));
+    kept_.make_room(2 * (begin + size));
   }
-  near_.append(listed_);
+  for (std::size_t chunk = 0; chunk < chunks; ++chunk) near_.append(near_lists_.list(chunk));
   for (const std::size_t i : to_list_) {
     if (!tasks_[i].is_listed) continue;
     ClusterGroups& groups = pairs_[tasks_[i].pair].groups;

@@ -121,7 +121,6 @@ class EdgeQuery {
   std::vector<std::size_t> begin_;      ///< (n_pairs + 1) of their groups, in that order
   NearEdges near_;                      ///< of all groups
   NearEdges kept_;                      ///< scratch
-  std::vector<NearEdge> listed_;        ///< scratch
   std::size_t unused_ = 0;              ///< items of near_
   bool is_timed_ = false;               ///< there is a deadline
   std::vector<Task> tasks_;             ///< in the order of the search

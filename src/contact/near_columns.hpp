@@ -64,49 +64,47 @@ struct ClusterGroups {
 };
 
 /// The lists of all pairs of clusters, one after the other, in columns.
-struct NearEdges {
+class NearEdges {
+ public:
   std::vector<Index> edge;
   std::vector<Index> triangle;
   /// Bound of the distance when tested, and the motion of the clusters from the list until then, m: they are
   /// to be tested again when the clusters have moved so far. 0: they may meet.
   std::vector<float> apart;
 
-  [[nodiscard]] std::size_t size() const { return edge.size(); }
-  void clear() {
-    edge.clear();
-    triangle.clear();
-    apart.clear();
+  /// The columns are longer.
+  [[nodiscard]] std::size_t size() const { return size_; }
+  [[nodiscard]] bool has_room(std::size_t size) const { return size_ + size <= edge.size(); }
+  void make_room(std::size_t size) {
+    edge.resize(size);
+    triangle.resize(size);
+    apart.resize(size);
   }
-  void reserve(std::size_t size) {
-    edge.reserve(size);
-    triangle.reserve(size);
-    apart.reserve(size);
-  }
+  void clear() { size_ = 0; }
+  /// Only where there is room.
   void append(std::span<const NearEdge> list) {
-    const std::size_t begin = size();
-    edge.resize(begin + list.size());
-    triangle.resize(begin + list.size());
-    apart.resize(begin + list.size());
-    for (std::size_t i = 0; i < list.size(); ++i) {
-      edge[begin + i] = list[i].pair.edge;
-      triangle[begin + i] = list[i].pair.triangle;
-      apart[begin + i] = list[i].apart;
+    for (const NearEdge& near : list) {
+      edge[size_] = near.pair.edge;
+      triangle[size_] = near.pair.triangle;
+      apart[size_++] = near.apart;
     }
   }
   void append(const NearEdges& other, std::size_t begin, std::size_t size) {
-    const auto copy = [&](auto& to, const auto& from) {
-      const auto first = from.begin() + static_cast<std::ptrdiff_t>(begin);
-      to.insert(to.end(), first, first + static_cast<std::ptrdiff_t>(size));
-    };
-    copy(edge, other.edge);
-    copy(triangle, other.triangle);
-    copy(apart, other.apart);
+    for (std::size_t i = begin; i < begin + size; ++i) {
+      edge[size_] = other.edge[i];
+      triangle[size_] = other.triangle[i];
+      apart[size_++] = other.apart[i];
+    }
   }
   void swap(NearEdges& other) noexcept {
     edge.swap(other.edge);
     triangle.swap(other.triangle);
     apart.swap(other.apart);
+    std::swap(size_, other.size_);
   }
+
+ private:
+  std::size_t size_ = 0;
 };
 
 }  // namespace palpate
