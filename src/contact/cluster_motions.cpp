@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <utility>
+#include <cstring>
 
 #include "geometry/vector.hpp"
 
@@ -44,13 +44,14 @@ double error_of(const simd::LinearMotion& motion, const Box& box) {
 
 }  // namespace
 
-ClusterMotions::ClusterMotions(const SurfaceClusters& surface, std::size_t bodies)
+ClusterMotions::ClusterMotions(const SurfaceClusters& surface, const Bodies& bodies)
     : surface_(surface),
       boxes_(surface.clusters.clusters.size()),
       displacements_(boxes_.size()),
       remainders_(boxes_.size()),
-      bodies_(bodies) {
+      bodies_(bodies.bodies().size()) {
   for (Index body = 0; body < std::ssize(surface.of_body); ++body) {
+    at(bodies_, body).points = at(bodies.bodies(), body).points;
     const Range& range = at(surface.of_body, body);
     for (Index begin = range.begin; begin < range.end; begin += clusters_of_piece)
       pieces_.push_back({.clusters = {begin, std::min(range.end, begin + clusters_of_piece)}, .body = body});
@@ -109,29 +110,56 @@ void ClusterMotions::follow(std::span<const Vec3> positions, Piece& piece) {
       grown(box_of(all.remainders), body.error + rounding * largest(piece.motion.displacements));
 }
 
-void ClusterMotions::follow(const parallel::Threads& threads, std::span<const Vec3> positions,
-                            const PairFilter& may_touch) {
-  const bool is_first = last_.empty();
-  if (is_first) last_.assign(positions.begin(), positions.end());
-  for (Index b = 0; b < std::ssize(bodies_); ++b) {
-    BodyMotion& body = at(bodies_, b);
-    const Box box = std::exchange(body.box, {});
+/// Finds whether a body has moved, and its common motion.
+void ClusterMotions::begin(std::span<const Vec3> positions, Index number, bool may_touch_itself) {
+  BodyMotion& body = at(bodies_, number);
+  const auto first = static_cast<std::size_t>(body.points.begin);
+  const auto size = static_cast<std::size_t>(body.points.size());
+  // A body that was followed without a motion is not followed again until it moves.
+  const bool was_still = body.is_still && body.may_touch_itself == may_touch_itself;
+  body.is_still = std::memcmp(&positions[first], &last_[first], size * sizeof(Vec3)) == 0;
+  body.rests = was_still && body.is_still;
+  body.may_touch_itself = may_touch_itself;
+  if (body.rests || !may_touch_itself) return;
+  body.common = common_motion(positions, number);
+  body.error = body.is_still ? 0.0 : error_of(body.common, body.box);
+}
+
+/// The boxes and motions of all pieces of each body.
+void ClusterMotions::join_pieces() {
+  for (BodyMotion& body : bodies_) {
+    if (body.rests) continue;
+    body.box = {};
     body.motion = {};
-    body.may_touch_itself = may_touch.itself(b);
-    if (!body.may_touch_itself) continue;
-    body.common = common_motion(positions, b);
-    body.error = is_first ? 0.0 : error_of(body.common, box);
   }
-  parallel::for_each(threads, pieces_.size(), 1, [&](std::size_t i) { follow(positions, pieces_[i]); });
-  std::ranges::copy(positions, last_.begin());
   largest_side_ = 0.0;
   for (const Piece& piece : pieces_) {
+    largest_side_ = std::max(largest_side_, piece.largest_side);
     BodyMotion& body = at(bodies_, piece.body);
+    if (body.rests) continue;
     body.box.extend(piece.box);
     body.motion.displacements.extend(piece.motion.displacements);
     if (body.may_touch_itself) body.motion.remainders.extend(piece.motion.remainders);
-    largest_side_ = std::max(largest_side_, piece.largest_side);
   }
+}
+
+void ClusterMotions::follow(const parallel::Threads& threads, std::span<const Vec3> positions,
+                            const PairFilter& may_touch) {
+  if (last_.empty()) last_.assign(positions.begin(), positions.end());
+  parallel::for_each(threads, bodies_.size(), 1, [&](std::size_t b) {
+    begin(positions, static_cast<Index>(b), may_touch.itself(static_cast<Index>(b)));
+  });
+  parallel::for_each(threads, pieces_.size(), 1, [&](std::size_t i) {
+    if (!at(bodies_, pieces_[i].body).rests) follow(positions, pieces_[i]);
+  });
+  parallel::for_each(threads, bodies_.size(), 1, [&](std::size_t b) {
+    const BodyMotion& body = bodies_[b];
+    if (body.is_still) return;
+    const auto own = positions.subspan(static_cast<std::size_t>(body.points.begin),
+                                       static_cast<std::size_t>(body.points.size()));
+    std::ranges::copy(own, last_.begin() + body.points.begin);
+  });
+  join_pieces();
 }
 
 }  // namespace palpate

@@ -23,9 +23,9 @@ namespace palpate {
 /// the remainders r count, since no vector v + w x v is shorter than v.
 class ClusterMotions {
  public:
-  ClusterMotions(const SurfaceClusters& surface, std::size_t bodies);
+  ClusterMotions(const SurfaceClusters& surface, const Bodies& bodies);
 
-  /// Follows all clusters to new positions. O(surface points), parallel.
+  /// Follows all clusters to new positions. O(points), parallel.
   /// \param may_touch  tells within which bodies bounds are wanted
   void follow(const parallel::Threads& threads, std::span<const Vec3> positions, const PairFilter& may_touch);
 
@@ -50,8 +50,11 @@ class ClusterMotions {
     Box remainders;  ///< only where bounds within the body are wanted
   };
   struct BodyMotion {
+    Range points;
     Box box;
     Motion motion;
+    bool is_still = false;  ///< it has not moved
+    bool rests = false;     ///< and not before either, so that all that is known of it stays
     bool may_touch_itself = false;
     simd::LinearMotion common{};  ///< t + w x p
     double error = 0.0;           ///< of the common motion, m
@@ -69,7 +72,9 @@ class ClusterMotions {
                        : largest_distance(a.displacements, b.displacements);
   }
   [[nodiscard]] simd::LinearMotion common_motion(std::span<const Vec3> positions, Index body) const;
+  void begin(std::span<const Vec3> positions, Index number, bool may_touch_itself);
   void follow(std::span<const Vec3> positions, Piece& piece);
+  void join_pieces();
 
   const SurfaceClusters& surface_;
   std::vector<Vec3> last_;  ///< (n_points) at the last follow(); none before the first

@@ -22,7 +22,7 @@ EdgeQuery::EdgeQuery(const Bodies& bodies)
     : surface_(bodies),
       blocks_(surface_, bodies),
       clusters_(surface_),
-      motions_(surface_, bodies.bodies().size()) {
+      motions_(surface_, bodies) {
   for (Index b = 0; b < bodies.body_count(); ++b) reach_.push_back(rim_reach(bodies, b));
 }
 

@@ -25,7 +25,7 @@ EdgeBlocks::EdgeBlocks(const SurfaceClusters& surface, const Bodies& bodies) {
 }
 
 /// Reads the points of two clusters; those of the first one only if it is another one than before.
-void FacingClusters::face(Index first, Index second, double margin) {
+void FacingClusters::face(Index first, Index second) {
   const Box& a = at(frame_.boxes, first);
   const Box& b = at(frame_.boxes, second);
   if (clusters_[0] != first) {
@@ -37,13 +37,12 @@ void FacingClusters::face(Index first, Index second, double margin) {
   read_points(1);
   const std::vector<Cluster>& clusters = frame_.surface.clusters.clusters;
   of_one_body_ = at(clusters, first).body == at(clusters, second).body;
-  // No coordinate is larger than `extent`. A gap of boxes has an error of a few units in its last place.
+  // No coordinate is larger than `extent`.
   const double extent = std::max(largest({a.lower - origin_, a.upper - origin_}),
                                  largest({b.lower - origin_, b.upper - origin_}));
-  constexpr double rounding = 1e-6;
+  constexpr double rounding = 4e-6;
   constexpr double of_underflow = std::numeric_limits<float>::min();
-  rounding_ = static_cast<float>(rounding * extent / frame_.unit + of_underflow);
-  within_ = static_cast<float>((1.0 + 1e-6) * margin / frame_.unit) + rounding_;
+  within_ = static_cast<float>((1.0 + 1e-6) * (margin_ + rounding * extent) / frame_.unit + of_underflow);
 }
 
 void FacingClusters::read_points(std::size_t side) {
@@ -128,11 +127,13 @@ void FacingClusters::choose_triangles(std::size_t side, std::size_t block, std::
 }
 
 void FacingClusters::list(Index first, Index second, double margin, std::vector<NearEdge>& found) {
-  face(first, second, margin);
+  margin_ = margin;
+  face(first, second);
   if (!find_common_part()) return;
   if (of_one_body_) find_common_points();
   const std::size_t sides = first == second ? 1 : 2;
   for (std::size_t side = 0; side < sides; ++side) list_side(side, found);
+  test_waiting(found);
 }
 
 void FacingClusters::list_side(std::size_t side, std::vector<NearEdge>& found) {
@@ -142,22 +143,26 @@ void FacingClusters::list_side(std::size_t side, std::vector<NearEdge>& found) {
   const Index* const triangles = all.primitives_of(at(all.clusters, clusters_[1 - side])).data();
   const Index* const edges = frame_.surface.edges[clusters_[side]].data();
   const std::size_t blocks = frame_.blocks.of(clusters_[side]).size();
-  const double unit = (1.0 - 1e-6) * frame_.unit;  // for the rounding to float
   for (std::size_t block = 0; block < blocks; ++block) {
     const std::uint32_t here = place_edges(side, block);
     if (here == 0) continue;
     choose_triangles(side, block, facing);
-    std::uint32_t left = simd::keep_within(within_, segments_, here, triangles_, wanted_, gaps_);
+    std::uint32_t left = simd::keep_within(within_, segments_, here, triangles_, wanted_);
     for (; left != 0; left &= left - 1) {
       const auto lane = static_cast<std::size_t>(std::countr_zero(left));
       const Index edge = edges[lanes * block + lane];
-      for (std::uint32_t near = wanted_[lane]; near != 0; near &= near - 1) {
-        const auto place = static_cast<std::size_t>(std::countr_zero(near));
-        const float gap = std::max(0.0F, gaps_[lane][place] - rounding_);
-        found.push_back({{edge, triangles[place]}, static_cast<float>(unit * static_cast<double>(gap))});
-      }
+      if (!waiting_.has_room(lanes)) test_waiting(found);
+      for (std::uint32_t near = wanted_[lane]; near != 0; near &= near - 1)
+        waiting_.add(edge, triangles[static_cast<std::size_t>(std::countr_zero(near))]);
     }
   }
+}
+
+void FacingClusters::test_waiting(std::vector<NearEdge>& found) {
+  const auto margin = static_cast<float>((1.0 + 1e-6) * margin_);
+  waiting_.test([&](std::size_t, const EdgeTriangle& pair, float gap) {
+    if (!(gap > margin)) found.push_back({pair, std::max(0.0F, gap)});
+  });
 }
 
 }  // namespace palpate

@@ -86,19 +86,19 @@ class WaitingPairs {
 };
 
 /// The surfaces of two clusters at the positions of a detection: finds the edges of each near triangles of
-/// the other by boxes in float. An edge and a triangle that meet are always found, except if they share a
-/// point. The clusters may be of one body; a cluster may face itself.
+/// the other by boxes and distances in float. An edge and a triangle that meet are always found, except if
+/// they share a point. The clusters may be of one body; a cluster may face itself.
 class FacingClusters {
  public:
-  explicit FacingClusters(const SurfaceFrame& frame) : frame_(frame) {}
+  explicit FacingClusters(const SurfaceFrame& frame) : frame_(frame), waiting_(frame) {}
 
-  /// Appends the pairs whose boxes are within `margin` (m). O(edges of the clusters), less where few are in
-  /// the common part of their boxes.
+  /// Appends the pairs within `margin` (m). O(edges of the clusters), less where few are in the common part
+  /// of their boxes.
   void list(Index first, Index second, double margin, std::vector<NearEdge>& found);
 
  private:
   static constexpr std::size_t lanes = Cluster::most_primitives;
-  void face(Index first, Index second, double margin);
+  void face(Index first, Index second);
   void read_points(std::size_t side);
   void find_common_points();
   bool find_common_part();
@@ -106,6 +106,7 @@ class FacingClusters {
   std::uint32_t place_edges(std::size_t side, std::size_t block);
   void choose_triangles(std::size_t side, std::size_t block, std::uint32_t facing);
   void list_side(std::size_t side, std::vector<NearEdge>& found);
+  void test_waiting(std::vector<NearEdge>& found);
 
   const SurfaceFrame& frame_;
   std::array<Index, 2> clusters_{-1, -1};
@@ -114,14 +115,14 @@ class FacingClusters {
   bool of_one_body_ = false;
   /// [side][point of its cluster] bits of the other cluster's triangles with that corner, if of one body.
   std::array<std::array<std::uint16_t, Cluster::most_points>, 2> at_point_{};
-  float rounding_ = 0.0F;     ///< bound of the errors of gaps of boxes, in units
+  double margin_ = 0.0;       ///< m
   float within_ = 0.0F;       ///< the margin and all errors of places in float, in units
   simd::FloatBox of_facing_;  ///< of the triangles there, grown by the margin
   simd::FloatBox around_;     ///< where the two surfaces can be within the margin
   simd::BoxLanes triangles_;
   simd::BoxLanes segments_;
   std::array<std::uint16_t, lanes> wanted_{};  ///< triangles to test with each edge of a block
-  simd::BoxGaps gaps_;
+  WaitingPairs waiting_;
 };
 
 }  // namespace palpate

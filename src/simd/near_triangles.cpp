@@ -77,26 +77,23 @@ std::uint32_t place_triangles(const LocalPoints& points, const Cluster& cluster,
 }
 
 std::uint32_t keep_within(float distance, const BoxLanes& boxes, std::uint32_t which, const BoxLanes& others,
-                          std::array<std::uint16_t, Cluster::most_primitives>& others_of, BoxGaps& gaps) {
+                          std::array<std::uint16_t, Cluster::most_primitives>& others_of) {
   std::uint32_t all = 0;
-  const Float most = hn::Set(floats, distance);
   for (; which != 0; which &= which - 1) {
     const auto box = static_cast<std::size_t>(std::countr_zero(which));
     Float lower[3];
     Float upper[3];
     for (std::size_t k = 0; k < 3; ++k) {
-      lower[k] = hn::Set(floats, boxes.lower[k][box]);
-      upper[k] = hn::Set(floats, boxes.upper[k][box]);
+      lower[k] = hn::Set(floats, boxes.lower[k][box] - distance);
+      upper[k] = hn::Set(floats, boxes.upper[k][box] + distance);
     }
     std::uint32_t within = 0;
     for (std::size_t lane = 0; lane < Cluster::most_primitives; lane += lanes()) {
       const auto along = [&](std::size_t k) HWY_ATTR {
-        return hn::Max(hn::Sub(load(others.lower[k], lane), upper[k]),
-                       hn::Sub(lower[k], load(others.upper[k], lane)));
+        return hn::And(hn::Le(load(others.lower[k], lane), upper[k]),
+                       hn::Le(lower[k], load(others.upper[k], lane)));
       };
-      const Float gap = hn::Max(along(0), hn::Max(along(1), along(2)));
-      hn::Store(gap, floats, gaps[box].data() + lane);
-      within |= bits_of(floats, hn::Le(gap, most)) << lane;
+      within |= bits_of(floats, hn::And(along(0), hn::And(along(1), along(2)))) << lane;
     }
     others_of[box] = static_cast<std::uint16_t>(others_of[box] & within);
     all |= (others_of[box] != 0 ? 1U : 0U) << box;
@@ -123,8 +120,8 @@ std::uint32_t place_meeting(const LocalPoints& points, const Cluster& cluster, c
   return HWY_DYNAMIC_DISPATCH(place_triangles)(points, cluster, box, triangles, around);
 }
 std::uint32_t keep_within(float distance, const BoxLanes& boxes, std::uint32_t which, const BoxLanes& others,
-                          std::array<std::uint16_t, Cluster::most_primitives>& others_of, BoxGaps& gaps) {
-  return HWY_DYNAMIC_DISPATCH(keep_within)(distance, boxes, which, others, others_of, gaps);
+                          std::array<std::uint16_t, Cluster::most_primitives>& others_of) {
+  return HWY_DYNAMIC_DISPATCH(keep_within)(distance, boxes, which, others, others_of);
 }
 
 }  // namespace palpate::simd

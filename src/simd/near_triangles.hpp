@@ -35,12 +35,9 @@ std::uint32_t place_meeting(const LocalPoints& points, const CornerPlaces<2>& pl
 std::uint32_t place_meeting(const LocalPoints& points, const Cluster& cluster, const FloatBox& box,
                             BoxLanes& triangles, FloatBox& around);
 
-/// Gaps of 16 boxes from 16 others along the axis on which they are furthest apart: [box][other].
-using BoxGaps = std::array<PrimitiveRow, Cluster::most_primitives>;
-
-/// For each box of `which` (bits): finds its gaps, and removes the lanes beyond a distance from those that it
-/// has in `others_of`. Returns the bits of the boxes that keep some.
+/// For each box of `which` (bits): removes the lanes whose boxes are beyond a distance along an axis from
+/// those that it has in `others_of`. Returns the bits of the boxes that keep some.
 std::uint32_t keep_within(float distance, const BoxLanes& boxes, std::uint32_t which, const BoxLanes& others,
-                          std::array<std::uint16_t, Cluster::most_primitives>& others_of, BoxGaps& gaps);
+                          std::array<std::uint16_t, Cluster::most_primitives>& others_of);
 
 }  // namespace palpate::simd

@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "contact/cluster_pairs.hpp"
 #include "geometry/predicates.hpp"
 #include "geometry/triangle.hpp"
 #include "support/meshes.hpp"
@@ -146,6 +147,7 @@ void check_pair(TwoBalls& balls, const SurfaceFrame& frame, FacingClusters& faci
            surface.clusters.primitives_of(at(surface.clusters.clusters, of_triangles))) {
         const auto near = apart.find({edge, triangle});
         if (balls.meet(edge, triangle)) {
+          // A pair that meets is listed with no distance.
           ASSERT_TRUE(near != apart.end() && near->second == 0.0F)
               << "edge " << edge << " triangle " << triangle;
         } else if (near != apart.end() || balls.random.chance(0.05)) {
