@@ -18,7 +18,7 @@ constexpr std::size_t groups_of_chunk = 256;
 constexpr std::size_t listed_of_chunk = 32;
 constexpr std::size_t tested_of_chunk = 64;
 /// The largest margin of a list of edges, over that of a list of clusters.
-constexpr double edges_over_clusters = 0.5;
+constexpr double edges_over_clusters = 0.25;
 
 }  // namespace
 
