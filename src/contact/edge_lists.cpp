@@ -83,7 +83,6 @@ void EdgeQuery::list_groups(const Frame& frame) {
                        tasks_[to_list_[i]].is_listed = true;
                      }
                    });
-  near_lists_.make_even_room();
   take_lists();
 }
 
@@ -112,12 +111,18 @@ void EdgeQuery::take_lists() {
   std::size_t begin = near_.size();
   const std::size_t chunks = parallel::chunk_count(to_list_.size(), listed_of_chunk);
   std::size_t size = 0;
-  for (std::size_t chunk = 0; chunk < chunks; ++chunk) size += near_lists_.list(chunk).size();
+  std::size_t longest = 0;
+  for (std::size_t chunk = 0; chunk < chunks; ++chunk) {
+    size += near_lists_.list(chunk).size();
+    longest = std::max(longest, near_lists_.list(chunk).size());
+  }
   if (!near_.has_room(size)) {  // so that only the first searches allocate
     near_.make_room(2 * (begin + size));
     kept_.make_room(2 * (begin + size));
   }
   for (std::size_t chunk = 0; chunk < chunks; ++chunk) near_.append(near_lists_.list(chunk));
+  if (longest > longest_list_) longest_list_ = 2 * longest;
+  near_lists_.make_room_in_all(chunks + chunks / 2 + 4, longest_list_);
   for (const std::size_t i : to_list_) {
     if (!tasks_[i].is_listed) continue;
     ClusterGroups& groups = pairs_[tasks_[i].pair].groups;

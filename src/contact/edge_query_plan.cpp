@@ -14,7 +14,7 @@ namespace {
 /// Number of detections like the last one for which a list has a margin.
 constexpr double detections = 30.0;
 /// Least number of detections that a margin must cover; what moves faster is listed each time.
-constexpr double fewest_detections = 3.0;
+constexpr double fewest_detections = 1.0;
 /// The smallest margin of a list, over the largest one.
 constexpr double least_room = 1e-3;
 /// The largest margin of a list of clusters, over the sum of the reaches of both bodies.

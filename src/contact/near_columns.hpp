@@ -49,8 +49,11 @@ struct ClusterGroups {
     for_each_column([&](auto& column, auto member) { column[i] = (other.*member)[from]; });
   }
   void copy(const ClusterGroups& other) {
-    resize(other.size());
-    for_each_column([&](auto& column, auto member) { column = other.*member; });
+    for_each_column([&](auto& column, auto member) {
+      const auto& from = other.*member;
+      make_room(column, from.size());
+      column.assign(from.begin(), from.end());
+    });
   }
 
  private:
