@@ -59,7 +59,7 @@ def main():
     parser.add_argument("scenes", nargs="*", default=SCENES)
     parser.add_argument("--steps", type=int, default=60)
     parser.add_argument("--keep", type=pathlib.Path)
-    asked = parser.parse_args()
+    asked = parser.parse_intermixed_args()
     with tempfile.TemporaryDirectory() as scratch:
         folder = asked.keep or pathlib.Path(scratch)
         folder.mkdir(parents=True, exist_ok=True)

@@ -50,9 +50,10 @@ void record(Model model, const Scene& scene, int steps, const std::string& file)
   for (int step = 0; step < steps; ++step) simulation.step();
   recorded = nullptr;
   std::ofstream out(file, std::ios::binary);
-  for (const std::vector<Vec3>& frame : frames)
+  for (const std::vector<Vec3>& frame : frames) {
     out.write(reinterpret_cast<const char*>(frame.data()),
               static_cast<std::streamsize>(frame.size() * sizeof(Vec3)));
+  }
   if (!out.flush()) throw Error(file, "", "no room", "positions written");
   std::cout << frames.size() << " detections\n";
 }
@@ -109,7 +110,8 @@ bool run(std::span<const std::string> words) {
 }  // namespace
 }  // namespace palpate::bench
 
-// The linker leads calls of Detector::detect(positions, fraction) here (--wrap).
+// The linker leads calls of Detector::detect(positions, fraction) here (--wrap), by these names.
+// NOLINTBEGIN(bugprone-reserved-identifier,readability-identifier-naming)
 extern "C" {
 void __real__ZN7palpate8Detector6detectESt4spanIKNS_4Vec3ELm18446744073709551615EEd(
     palpate::Detector*, std::span<const palpate::Vec3>, double);
@@ -121,6 +123,7 @@ void __wrap__ZN7palpate8Detector6detectESt4spanIKNS_4Vec3ELm18446744073709551615
                                                                                  fraction);
 }
 }
+// NOLINTEND(bugprone-reserved-identifier,readability-identifier-naming)
 
 int main(int argc, char** argv) {
   const std::vector<std::string> words(argv + 1, argv + argc);
