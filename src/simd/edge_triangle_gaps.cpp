@@ -169,9 +169,11 @@ HWY_INLINE Float gap_of(const SegmentAndTriangle& pair) {
 
 void find_gaps(const EdgesAndTriangles& surfaces, double scale, std::size_t size, EdgeTrianglePairs& pairs) {
   LocalRows rows;
-  for (std::size_t lane = 0; lane < size; lane += lanes())
-    hn::Store(gap_of(read(surfaces, scale, pairs.edge.data() + lane, pairs.triangle.data() + lane, rows)),
-              floats, pairs.gap.data() + lane);
+  for (std::size_t lane = 0; lane < size; lane += lanes()) {
+    const SegmentAndTriangle pair =
+        read(surfaces, scale, pairs.edge.data() + lane, pairs.triangle.data() + lane, rows);
+    hn::Store(gap_of(pair), floats, pairs.gap.data() + lane);
+  }
 }
 
 }  // namespace palpate::simd::HWY_NAMESPACE
