@@ -168,11 +168,10 @@ std::size_t move_pairs(const DisplacementBox* motions, const MovingPairs& pairs,
                        std::size_t end, std::int32_t* due) {
   std::size_t size = 0;
   for (std::size_t i = begin; i < end; i += lanes()) {
-    const auto ours = hn::FirstN(floats, std::min(lanes(), end - i));
-    const auto read = [&](const float* column) HWY_ATTR { return hn::MaskedLoad(ours, floats, column + i); };
-    const auto of_pair = [&](const Index* column) HWY_ATTR {
-      return hn::MaskedLoad(hn::RebindMask(ints, ours), ints, column + i);
-    };
+    const std::size_t here = std::min(lanes(), end - i);
+    const auto ours = hn::FirstN(floats, here);
+    const auto read = [&](const float* column) HWY_ATTR { return load_some(floats, column + i, here); };
+    const auto of_pair = [&](const Index* column) HWY_ATTR { return load_some(ints, column + i, here); };
     const Float by = furthest(motions, of_pair(pairs.first), of_pair(pairs.second));
     const Float usual = hn::Max(by, hn::Mul(hn::Set(floats, 0.5F), read(pairs.usual)));
     const Float before = read(pairs.moved);
@@ -180,8 +179,8 @@ std::size_t move_pairs(const DisplacementBox* motions, const MovingPairs& pairs,
     // Not rounded upwards again and again where nothing moves.
     const Float moved = hn::IfThenElse(hn::Eq(by, hn::Zero(floats)), before,
                                        hn::Mul(hn::Add(before, by), hn::Set(floats, rounding)));
-    hn::BlendedStore(usual, ours, floats, pairs.usual + i);
-    hn::BlendedStore(moved, ours, floats, pairs.moved + i);
+    store_some(usual, floats, pairs.usual + i, here);
+    store_some(moved, floats, pairs.moved + i, here);
     // What is not a number is due.
     const auto stays = hn::And(hn::Le(moved, read(pairs.room)), hn::Lt(moved, read(pairs.apart)));
     const auto keep = hn::RebindMask(ints, hn::And(ours, hn::Not(stays)));

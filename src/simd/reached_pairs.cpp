@@ -80,7 +80,7 @@ ReachedPairs find_reached(const PairColumns& pairs, float limit, float least, co
   }
   if (i < pairs.size) {
     const auto ours = hn::FirstN(floats, pairs.size - i);
-    const Float apart = hn::MaskedLoad(ours, floats, pairs.apart + i);
+    const Float apart = load_some(floats, pairs.apart + i, pairs.size - i);
     take(apart, hn::And(ours, hn::Lt(bound, apart)), ours);
   }
   found.least = hn::GetLane(hn::MinOfLanes(floats, lowest));
