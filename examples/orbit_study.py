@@ -1,6 +1,7 @@
-"""Which plate for this broken orbital floor, and does the answer depend on the mesh? Two studies of scenes/orbit-repair.json.
+"""Which plate for this broken orbital floor, and does the answer depend on the mesh? Studies of scenes/orbit-repair.json.
 
     ./dev python examples/orbit_study.py plans FOLDER     two shapes of the plate at three places, tissue of three stiffnesses
+    ./dev python examples/orbit_study.py plans FOLDER --head ct   the same with scenes/orbit-ct.json, whose plates are raised and lowered
     ./dev python examples/orbit_study.py meshes FOLDER    the repair with three meshes of the same label map; the fracture also with smoothed tets
 
 Each writes a table (.csv, .json) and a chart (.png) to FOLDER. Finished runs are kept there: a study that was interrupted
@@ -19,11 +20,15 @@ import sys
 import palpate
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
-SCENE = ROOT / "scenes" / "orbit-repair.json"
+SCENES = {"synthetic": ROOT / "scenes" / "orbit-repair.json", "ct": ROOT / "scenes" / "orbit-ct.json"}
+CT_MESHES = ROOT / "build" / "ct" / "orbit"
 PLATE = ["--size", "18,20", "--thickness", 0.5]  # mm; as in the scene
 SHAPES = {"bent": [], "flat": ["--flat"]}
 PLACES = {"planned": (-2.0, 7.0), "4 mm forward": (-2.0, 3.0), "4 mm lateral": (2.0, 7.0)}
+RISES = {"planned": 0.0, "1 mm higher": 1.0, "1 mm lower": -1.0}  # mm, of the plates of the CT: they fit into the hole, and reach no other place
 TETS = {"coarse": 12000, "middle": 24000, "fine": 48000, "finest": 96000}  # of all tissues
+OFF = ("globe_off", "globe off its place, mm", 1, 0.05)  # column, label, factor of its unit, least end of its axis
+CHARTED = {"synthetic": [OFF, ("herniated", "herniated tissue, ml", 1e-3, 0.1)], "ct": [OFF, ("orbit_larger", "orbit larger by, ml", 1e-3, 0.05)]}
 PARTS = ["repair", "fracture"]  # of the study of meshes: the scene as it is, and its fracture with smoothed fat
 BORDER, HOLE = 1.0, 1.4  # mm, of the part `fracture`, middle mesh: triangles at the border of the hole, and over it
 PRESSURE = 530.0  # Pa, 4 mmHg, of the plans and of the part `fracture`: with the scene's 1000 Pa, fat of half the stiffness is torn
@@ -52,6 +57,16 @@ def make_plate(folder, shape, place):
     return file
 
 
+def plate_of(folder, head, shape, place):
+    """Which plate is put where: values of a run."""
+    if head == "synthetic":
+        return {"plate": str(make_plate(folder, shape, place))}
+    file = CT_MESHES / f"plate-{shape}.mesh"
+    if not file.exists():
+        sys.exit(f"orbit_study.py: no {file}: './dev run scenes/orbit-ct.json --steps 1' makes it from the CT")
+    return {"plate": str(file), "rise": RISES[place]}
+
+
 def make_meshes(folder, part, fineness):
     """The bodies of the label map with so many tets; the folder of their files. All sizes scale with the tets."""
     labels = folder / "orbit.seg.nrrd"
@@ -69,6 +84,9 @@ def change(scene, values):
     """Another plate and pressure, tissue so many times as stiff. A retractor lifts stiffer tissue with more force."""
     bodies = {body["name"]: body for body in scene["bodies"]}
     bodies["plate"]["mesh"] = values["plate"]
+    if "rise" in values:
+        (insert,) = [stage for stage in scene["stages"] if stage["name"] == "insert"]
+        insert["move"][0]["motion"]["keyframes"][-1]["translate"][2] += values["rise"]
     bodies[SOFT]["material"]["young_modulus"] *= values["stiffness"]
     changes = [change_of_loads for stage in scene["stages"] for change_of_loads in stage.get("loads", ())]
     for load in [load for loaded in [bodies[SOFT], *changes] for load in loaded["loads"]]:
@@ -102,27 +120,30 @@ def tets(simulation):
     return {"tets": body.tets.stop - body.tets.start}
 
 
-def runs(folder, samples, workers, apply):
+def runs(scene, folder, samples, workers, apply):
     threads = max(1, (os.cpu_count() or 1) // (workers or os.cpu_count() or 1))
-    rows = palpate.sweep_rows(SCENE, samples, apply=apply, measure=tets, folder=folder, workers=workers, threads=threads, retry_failed=True)
+    rows = palpate.sweep_rows(scene, samples, apply=apply, measure=tets, folder=folder, workers=workers, threads=threads, retry_failed=True)
     for row in rows:
         if row["status"] != "done":
             print(f"FAILED {row['error']}", file=sys.stderr)
     return rows
 
 
-def study_plans(folder, workers, shapes, places, factors):
-    samples = [{"shape": shape, "place": place, "stiffness": factor, "pressure": PRESSURE, "plate": str(make_plate(folder, shape, place))}
+def study_plans(folder, workers, head, shapes, places, factors):
+    samples = [{"shape": shape, "place": place, "stiffness": factor, "pressure": PRESSURE, **plate_of(folder, head, shape, place)}
                for shape in shapes for place in places for factor in factors]
-    rows = runs(folder, samples, workers, change)
+    rows = runs(SCENES[head], folder, samples, workers, change)
+    for row in rows:
+        if row["status"] == "done":
+            row["orbit_larger"] = row["orbit_volume"] - row["intact.orbit_volume"]
     ranked = rank(rows)
     write(folder / "plans", rows, {"ranked": ranked})
-    print(f"{'plan':22} {'globe off, mm':>16} {'herniated, ml':>14} {'plate, N':>9}  remarks")
-    for plan in ranked:
-        low, high = plan["globe_off"]
-        print(f"{plan['plan']:22} {low:7.2f} to {high:5.2f} {plan['herniated'] / 1000:14.3f} {plan['plate_force'] / 1e6:9.3f}  "
-              f"{plan['remarks']}")
-    chart_plans(folder / "plans.png", ranked, rows)
+    print(f"{'plan':22} {'globe off, mm':>18} {'orbit larger by, ml':>20} {'herniated, ml':>14} {'plate, N':>9}  remarks")
+    for entry in ranked:
+        off, larger = entry["globe_off"], [volume / 1000 for volume in entry["orbit_larger"]]
+        print(f"{entry['plan']:22} {off[0]:8.3f} to {off[1]:6.3f} {larger[0]:10.3f} to {larger[1]:6.3f} {entry['herniated'] / 1000:14.3f} "
+              f"{entry['plate_force'] / 1e6:9.3f}  {entry['remarks']}")
+    chart_plans(folder / "plans.png", ranked, rows, CHARTED[head])
 
 
 def remarks_of(row):
@@ -135,7 +156,7 @@ def remarks_of(row):
 
 
 def rank(rows):
-    """Plans by how far the globe is from where it was, the mean over stiffnesses; plans with remarks last."""
+    """Plans by how far the globe is from where it was, the mean over stiffnesses; plans with remarks last. Ranges are over stiffnesses."""
     plans = {}
     for row in rows:
         plans.setdefault(f"{row['shape']}, {row['place']}", []).append(row)
@@ -144,7 +165,8 @@ def rank(rows):
         done = [row for row in runs_of_plan if row["status"] == "done"]
         remarks = sorted({remark for row in runs_of_plan for remark in remarks_of(row)})
         off = [row["globe_off"] for row in done] or [float("inf")]
-        ranked.append({"plan": name, "mean": sum(off) / len(off), "globe_off": [min(off), max(off)],
+        larger = [row["orbit_larger"] for row in done] or [float("inf")]
+        ranked.append({"plan": name, "mean": sum(off) / len(off), "globe_off": [min(off), max(off)], "orbit_larger": [min(larger), max(larger)],
                        "herniated": max((row["herniated"] for row in done), default=float("inf")),
                        "plate_force": max((row["plate_force"] for row in done), default=float("inf")), "remarks": "; ".join(remarks)})
     return sorted(ranked, key=lambda plan: (bool(plan["remarks"]), plan["mean"]))
@@ -153,7 +175,7 @@ def rank(rows):
 def study_meshes(folder, workers, names, parts):
     samples = [{"part": part, "fineness": name, "mesh": str(make_meshes(folder, part, name) / f"{SOFT}.vtu"), "pressure": PRESSURE}
                for part in parts for name in names]
-    rows = runs(folder, samples, workers, change_mesh)
+    rows = runs(SCENES["synthetic"], folder, samples, workers, change_mesh)
     done = [row for row in rows if row["status"] == "done"]
     for row in done:
         for stage in ("fracture", "release"):
@@ -198,13 +220,12 @@ def axes(width, height, columns):
     return pyplot.subplots(1, columns, figsize=(width, height), layout="constrained", squeeze=False)
 
 
-def chart_plans(file, ranked, rows):
+def chart_plans(file, ranked, rows, shown):
     made = axes(9.0, 0.5 * len(ranked) + 1.4, 2)
     if made is None:
         return
     figure, (places,) = made
     colors = {0.5: "#56b4e9", 1.0: "#000000", 2.0: "#d55e00"}
-    shown = [("globe_off", "globe off its place, mm", 1, 1), ("herniated", "herniated tissue, ml", 1e-3, 0.1)]
     for axis, (column, label, unit, least) in zip(places, shown):
         for height, plan in enumerate(reversed(ranked)):
             own = [row for row in rows if row["status"] == "done" and f"{row['shape']}, {row['place']}" == plan["plan"]]
@@ -216,7 +237,10 @@ def chart_plans(file, ranked, rows):
                              label=f"fat, {row['stiffness']:g} times as stiff" if height == 0 else None)
         axis.set_yticks(range(len(ranked)), [plan["plan"] for plan in reversed(ranked)] if axis is places[0] else [])
         axis.set_xlabel(label)
-        axis.set_xlim(0, max(least, axis.get_xlim()[1]))
+        low, high = axis.get_xlim()
+        negative = any(row[column] < 0 for row in rows if row["status"] == "done")
+        axis.set_xlim(low if negative else 0, max(least, high))
+        axis.axvline(0, color="0.5", linewidth=0.8, zorder=0)
         axis.grid(axis="x", color="0.9")
     places[0].legend(frameon=False, fontsize=8)
     figure.savefig(file, dpi=120)
@@ -247,8 +271,9 @@ def main():
     parser.add_argument("study", choices=["plans", "meshes"])
     parser.add_argument("folder", type=pathlib.Path)
     parser.add_argument("--workers", type=int, default=None, help="processes; default: one a core")
+    parser.add_argument("--head", choices=SCENES, default="synthetic", help="of the study of plans")
     parser.add_argument("--shapes", nargs="+", choices=SHAPES, default=list(SHAPES))
-    parser.add_argument("--places", nargs="+", choices=PLACES, default=list(PLACES))
+    parser.add_argument("--places", nargs="+", choices=[*PLACES, *list(RISES)[1:]], help="default: all of this head")
     parser.add_argument("--stiffness", nargs="+", type=float, default=[0.5, 1.0, 2.0], help="of the fat, factors")
     parser.add_argument("--meshes", nargs="+", choices=TETS, default=list(TETS))
     parser.add_argument("--parts", nargs="+", choices=PARTS, default=PARTS, help="of the study of meshes")
@@ -256,7 +281,10 @@ def main():
     folder = given.folder.resolve()
     folder.mkdir(parents=True, exist_ok=True)
     if given.study == "plans":
-        study_plans(folder, given.workers, given.shapes, given.places, given.stiffness)
+        known = PLACES if given.head == "synthetic" else RISES
+        if unknown := [place for place in given.places or () if place not in known]:
+            parser.error(f"--places: found '{unknown[0]}', expected one of: {', '.join(known)}")
+        study_plans(folder, given.workers, given.head, given.shapes, given.places or list(known), given.stiffness)
     else:
         study_meshes(folder, given.workers, given.meshes, given.parts)
 

@@ -1,12 +1,14 @@
-"""A blow-out fracture of the orbital floor in the orbit of eye.py: a label map."""
+"""A blow-out fracture of the orbital floor in the orbit of eye.py: a label map, and plates that fit into the hole."""
 
 import numpy as np
 
 import eye
+import plates
 import volume as v
 
 FLOOR_THICKNESS = 2.4  # mm, as the shell of eye.py
-FRAGMENT = (-3.0, 8.0, 6.0, 7.0)  # centre from that of the bulb, and radii, mm: over the maxillary sinus
+FRAGMENT = (-3.0, 8.0, 7.0, 8.5)  # centre from that of the bulb, and radii, mm: over the maxillary sinus
+GAP = 1.0  # mm, between a plate and the border of the hole: the mesh of the border is rough
 FLOOR = ((-16.0, 12.0), (-5.0, 22.0), -12.5)  # x, y and largest z from the centre of the bulb, mm
 SMOOTH = 2.0  # mm: a CT of slices of 1.5 mm does not show smaller details of the floor
 
@@ -35,7 +37,8 @@ def floor_heights(ct, soft, centre):
 
 
 def fracture(ct, organs, centre):
-    """The organs of eye.py without skin and plate, with the floor smoothed, and the piece that breaks out as an organ of its own."""
+    """The organs of eye.py without skin and plate, with the floor smoothed, and the piece that breaks out as an organ of its own; the
+    heights of the floor over the columns of cubes, and the columns where there is a floor."""
     x, y, z = (p - c for p, c in zip(v.places(ct), centre))
     soft = {name: inside for name, inside in organs.items() if name not in ("bone", "skin", "plate", "fat")}
     taken = np.any(list(soft.values()), axis=0)
@@ -52,13 +55,18 @@ def fracture(ct, organs, centre):
     # Dense spots in the tissue are no organ: without them it has no hollows.
     outside = v.parts(ct, ~(np.any(list(soft.values()), axis=0) | floor | bone))
     soft["fat"] |= (outside > 1) & v.grown(ct, soft["fat"], 1.0)
-    return soft | {"fragment": fragment, "floor": floor & ~fragment, "bone": bone}
+    return soft | {"fragment": fragment, "floor": floor & ~fragment, "bone": bone}, heights, there
 
 
 def make(source, folder, write_mesh):
-    """Writes the label map; returns the flags of `palpate mesh`. The centre of the bulb becomes the origin."""
+    """Writes label map and plates; returns the flags of `palpate mesh`. The centre of the bulb becomes the origin."""
     ct = v.cubes(v.read_inv3(source), eye.LOWER, eye.UPPER, eye.EDGE)
     organs, _, centre, _ = eye.anatomy(ct)
-    v.write_labels(folder / "organs.seg.nrrd", ct, fracture(ct, organs, centre), centre)
+    labels, heights, there = fracture(ct, organs, centre)
+    v.write_labels(folder / "organs.seg.nrrd", ct, labels, centre)
+    floor = plates.Heights(heights, there, (np.array(ct.GetOrigin()) - centre)[:2], eye.EDGE)
+    x, y, *radii = FRAGMENT
+    for shape in ("bent", "flat"):
+        write_mesh(folder / f"plate-{shape}.mesh", *plates.plate(floor, shape, (x, y), np.array(radii) - GAP))
     return ["--conforming", "--tets", "30000", "--rigid", "bone", "--rigid", "floor", "--rigid", "fragment", "--relation",
             "fat:floor=slides", "--relation", "fat:fragment=slides"]

@@ -59,6 +59,8 @@ DepthCounts DepthEstimate::count() const {
 
 /// Computes the first guess: breadth-first propagation from the crossings, as in the paper.
 void DepthEstimate::propagate(const Frame& frame) {
+  const auto is_reached = [](const Estimate& estimate) { return estimate.level == 0; };
+  if (std::ranges::all_of(estimates_, is_reached)) return;
   const std::vector<Index>& point = frame.table.contacts().point;
   frontier_.clear();
   make_room(frontier_, estimates_.size());
@@ -173,12 +175,18 @@ void DepthEstimate::finish(const Frame& frame) {
   parallel::for_chunks(frame.threads, estimates_.size(), contacts_of_search,
                        [&](std::size_t begin, std::size_t end, std::size_t chunk) {
                          const bool rough = frame.deadline.passed();
-                         for (std::size_t c = begin; c < end; ++c)
-                           finish_contact(frame, c, rough, scratches_[chunk].search);
+                         Scratch& scratch = scratches_[chunk];
+                         scratch.raise.clear();
+                         for (std::size_t c = begin; c < end; ++c) {
+                           if (finish_contact(frame, c, rough, scratch.search)) scratch.raise.push_back(c);
+                         }
+                         raise_depths(frame, scratch);
                        });
 }
 
-void DepthEstimate::finish_contact(const Frame& frame, std::size_t c, bool rough, ExitSearch& search) {
+/// Sets depth, direction and certainty of a contact. Returns whether the surface may be further away than its
+/// depth, so that its distance must be searched for.
+bool DepthEstimate::finish_contact(const Frame& frame, std::size_t c, bool rough, ExitSearch& search) {
   Contacts& contacts = frame.table.contacts();
   Estimate& estimate = estimates_[c];
   if (estimate.cached) {
@@ -186,10 +194,13 @@ void DepthEstimate::finish_contact(const Frame& frame, std::size_t c, bool rough
     contacts.depth[c] = estimate.depth;
     contacts.direction[c] = estimate.normal;
     contacts.certainty[c] = frame.cache.plane(c)->certainty;
-    return;
+    return false;
   }
   const Vec3& p = at(frame.positions, contacts.point[c]);
-  if (rough && estimate.level < 0) return set_unknown_depth(frame, c);
+  if (rough && estimate.level < 0) {
+    set_unknown_depth(frame, c);
+    return false;
+  }
   const Index without = own_point(frame, c);
   const auto nearest = [&] {
     constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -201,7 +212,10 @@ void DepthEstimate::finish_contact(const Frame& frame, std::size_t c, bool rough
     return found;
   };
   const bool guesses = frame.cache.source(c) == PlaneCache::neighbors;
-  if (guesses && estimate.level > 0) return use_propagated_depth(frame, c);
+  if (guesses && estimate.level > 0) {
+    use_propagated_depth(frame, c);
+    return false;
+  }
   const auto& [offset, x, y, z] = system_.corrections()[c];
   const PlaneSystem::Node& node = system_.nodes[c];
   const double scale = 1.0 / std::max(estimate.certainty, least_certainty);
@@ -212,7 +226,7 @@ void DepthEstimate::finish_contact(const Frame& frame, std::size_t c, bool rough
     contacts.depth[c] = found.distance;
     contacts.direction[c] = found.outward;
     estimate.from_surface = no_border;
-    return;
+    return false;
   }
   const double agreement = length(normal);
   estimate.mean = std::max(0.0, mean);
@@ -230,33 +244,16 @@ void DepthEstimate::finish_contact(const Frame& frame, std::size_t c, bool rough
   if (estimate.level > 0 && frame.cache.spared() > 0)
     contacts.depth[c] = std::min(contacts.depth[c], estimate.bound);
   estimate.rough = rough;
-  // A difference by rounding alone must not start a search.
-  const double enough = contacts.depth[c] * (1.0 + 1e-9) + 1e-12 * node.length;
-  if (std::min(estimate.nearest_crossing, estimate.nearest_surface) <= enough) return;
-  if (std::isfinite(estimate.nearest_surface)) {  // no other surface is nearer
-    contacts.depth[c] = std::min(estimate.nearest_crossing, estimate.nearest_surface);
-    if (estimate.from_surface == from_planes) estimate.from_surface = raised;
-    return;
-  }
-  if (rough) return;
-  double bound = estimate.nearest_crossing;
-  const auto try_direction = [&](const Vec3& direction) {
-    bound = std::min(bound, surface_ahead(frame.bodies, frame.positions, contacts.tet[c], p, direction));
-    return bound <= enough;
-  };
-  if (try_direction(contacts.direction[c])) return;
-  if (bound > node.length) {  // a smaller bound makes the search visit far fewer tets
-    for (const Vec3& direction :
-         {Vec3{1, 0, 0}, Vec3{-1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, -1, 0}, Vec3{0, 0, 1}, Vec3{0, 0, -1}}) {
-      if (try_direction(direction)) return;
-    }
-  }
-  bound *= 1.0 + 1e-9;  // so that the search includes a point at this distance
-  const SurfacePoint found =
-      search.nearest(frame.bodies, frame.positions, contacts.tet[c], p, without, bound, enough);
-  if (found.distance <= enough || !std::isfinite(found.distance)) return;
-  contacts.depth[c] = found.distance;
+  if (std::min(estimate.nearest_crossing, estimate.nearest_surface) <= enough(frame, c)) return false;
+  if (!std::isfinite(estimate.nearest_surface)) return !rough;
+  contacts.depth[c] = std::min(estimate.nearest_crossing, estimate.nearest_surface);  // no other is nearer
   if (estimate.from_surface == from_planes) estimate.from_surface = raised;
+  return false;
+}
+
+/// A difference by rounding alone must not start a search.
+double DepthEstimate::enough(const Frame& frame, std::size_t c) const {
+  return frame.table.contacts().depth[c] * (1.0 + 1e-9) + 1e-12 * system_.nodes[c].length;
 }
 
 /// Uses the mean of the neighbours' planes. The depth is no larger than theirs, since their planes may not be

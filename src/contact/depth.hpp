@@ -1,6 +1,9 @@
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -11,11 +14,13 @@
 #include "contact/crossings.hpp"
 #include "contact/deadline.hpp"
 #include "contact/edge_exit.hpp"
+#include "contact/near_faces.hpp"
 #include "contact/nearest_surface.hpp"
 #include "contact/plane_cache.hpp"
 #include "contact/plane_system.hpp"
 #include "contact/surface_normals.hpp"
 #include "geometry/vector.hpp"
+#include "room.hpp"
 
 namespace palpate {
 
@@ -57,6 +62,8 @@ class DepthEstimate {
   }
 
  private:
+  static constexpr std::size_t contacts_of_search =
+      NearFaces::most_points;  ///< contacts of a chunk in searches
   /// Input of one frame.
   struct Frame {
     const parallel::Threads& threads;
@@ -77,7 +84,9 @@ class DepthEstimate {
     Index without_crossing = 0;  ///< border edges
     double edges = 0.0;          ///< sum of 1 / length^2 of all edges of the point
     double border_edges = 0.0;   ///< sum of 1 / length^2 of the border edges with a crossing
-    double border_weight = 0.0;  ///< sum of the weights of all its crossings
+    double border_weight = 0.0;  ///< sum of the weights of its crossings and of the surface beside it
+    double crossing_weight = 0.0;   ///< sum of the weights of its crossings
+    double links = 0.0;             ///< sum of the weights of its links
     double nearest_crossing = 0.0;  ///< distance
     double nearest_surface =
         0.0;                 ///< distance to the nearest surface triangle beside the point; infinite: none
@@ -91,33 +100,60 @@ class DepthEstimate {
     bool cached = false;            ///< its plane is the cached one
     bool rough = false;             ///< there was no time to refine it
   };
+  /// Sums over the border edges of a contact.
+  struct BorderSums {
+    std::array<double, 6> sums{};                              ///< as in WeightedPlane
+    double nearest = std::numeric_limits<double>::infinity();  ///< crossing
+    double edges = 0.0;  ///< sum of 1 / length^2, if that of sums is not of all edges
+    bool other_edges = false;
+    void add(const simd::WeightedPlane& plane) {
+      nearest = std::min(nearest, plane.distance);
+      for (std::size_t k = 0; k < sums.size(); ++k) sums[k] += plane.sums[k];
+    }
+  };
   /// A surface triangle within reach of a contact.
   struct Beside {
-    std::size_t contact;
+    std::uint32_t search;  ///< number among those of its chunk
     double distance;
-    double weight;
   };
   /// Scratch memory of a chunk of contacts.
   struct Scratch {
     /// Reserves enough memory for typical contacts, so that later steps allocate none.
     Scratch() {
-      crossed.reserve(1024);
-      exits.reserve(1024);
+      planes.reserve(1024);
+      doubtful.reserve(1024);
       points.reserve(1024);
       beside.reserve(1024);
       normals.reserve(1024);
+      contacts.reserve(contacts_of_search);
+      places.reserve(contacts_of_search);
+      walks.reserve(contacts_of_search);
+      raise.reserve(contacts_of_search);
+      searches.reserve(contacts_of_search);
     }
     ExitSearch search;
-    std::vector<CrossedEdge> crossed;   ///< border edges with exactly one crossing
-    std::vector<EdgeExit> exits;        ///< (n_crossed)
-    std::vector<TrianglePoint> points;  ///< nearest points to contacts, on triangles in reach
-    std::vector<Beside> beside;         ///< (n_points)
-    std::vector<Vec3> normals;          ///< (n_points)
+    NearFaces near;
+    Index first_crossing = 0;
+    std::vector<simd::WeightedPlane> planes;    ///< (n_crossings)
+    std::vector<simd::Doubtful> doubtful;       ///< of the planes or normals
+    std::vector<std::size_t> contacts;          ///< that search
+    std::vector<Vec3> places;                   ///< (n_searches) of their points
+    std::vector<NearFaces::Point> walks;        ///< (n_searches)
+    std::vector<simd::PointOfTriangle> points;  ///< nearest points to contacts, on triangles in reach
+    std::vector<Beside> beside;                 ///< (n_points)
+    std::vector<Vec3> normals;                  ///< of an edge's crossings, later (n_points)
+    std::vector<std::size_t> raise;             ///< contacts that may be nearer to the surface
+    std::vector<NearFaces::Search> searches;    ///< of those
   };
+  /// Gives a list at least `size` items. None is lost, and none written again.
+  template <class T>
+  static void grow_to(std::vector<T>& list, std::size_t size) {
+    make_room(list, size);
+    if (list.size() < size) list.resize(size);
+  }
   /// Why depth or direction of a contact comes from the nearest surface point.
   enum Source : std::uint8_t { from_planes, no_border, raised, cancelled };
 
-  static constexpr std::size_t contacts_of_search = 64;  ///< contacts of a chunk in searches
   /// Squared length of an edge for weights; never zero, even if its points coincide.
   [[nodiscard]] double squared_distance(const Frame& frame, Index p, Index q) const {
     const double now = squared_length(at(frame.positions, q) - at(frame.positions, p));
@@ -126,17 +162,21 @@ class DepthEstimate {
   [[nodiscard]] static double longer_distance(const Frame& frame, Index p, Index q, double now);
   void lay_out(const Frame& frame);
   void assemble(const Frame& frame);
-  void assemble_contacts(const Frame& frame, std::size_t begin, std::size_t end, Scratch& scratch);
   [[nodiscard]] static bool uses_cached_plane(const Frame& frame, std::size_t c, bool late);
-  void find_normals(const Frame& frame, Scratch& scratch) const;
-  void list_crossings(const Frame& frame, std::size_t begin, std::size_t end, Scratch& scratch) const;
-  void add_border(const Frame& frame, std::size_t c, const EdgeExit*& next_exit);
+  void add_crossings(const Frame& frame, std::size_t begin, std::size_t end, Scratch& scratch);
+  void find_planes(const Frame& frame, Index begin, Index end, Scratch& scratch) const;
+  void add_border(const Frame& frame, std::size_t c, Scratch& scratch);
+  BorderSums unusual_border(const Frame& frame, std::size_t c, Scratch& scratch);
+  [[nodiscard]] simd::WeightedPlane unusual_plane(const Frame& frame, Index edge, Scratch& scratch) const;
   void add_links(const Frame& frame, std::size_t c);
   void use_cached_plane(const Frame& frame, std::size_t c);
   [[nodiscard]] static double reach(const Estimate& estimate);
-  void list_surfaces(const Frame& frame, std::size_t begin, std::size_t end, Scratch& scratch) const;
-  void list_surface(const Frame& frame, std::size_t c, double reach, Scratch& scratch) const;
-  void add_surface(const Frame& frame, std::size_t c, const Scratch& scratch, std::size_t& next);
+  [[nodiscard]] NearFaces::Frame near_frame(const Frame& frame, const Scratch& scratch) const {
+    return {frame.bodies, frame.positions, scratch.places, scratch.walks, inexact_};
+  }
+  void list_surfaces(const Frame& frame, std::size_t begin, std::size_t end, Scratch& scratch);
+  void add_beside(const NearFaces::Face& face, Scratch& scratch);
+  void add_surfaces(const Frame& frame, std::size_t begin, std::size_t end, Scratch& scratch);
   void set_propagation_source(std::size_t c);
   static Index own_point(const Frame& frame, std::size_t c);
   void propagate(const Frame& frame);
@@ -146,7 +186,13 @@ class DepthEstimate {
   void leave_out(std::size_t c);
   void finish(const Frame& frame);
   [[nodiscard]] DepthCounts count() const;
-  void finish_contact(const Frame& frame, std::size_t c, bool rough, ExitSearch& search);
+  bool finish_contact(const Frame& frame, std::size_t c, bool rough, ExitSearch& search);
+  [[nodiscard]] double enough(const Frame& frame, std::size_t c) const;
+  void raise_depths(const Frame& frame, Scratch& scratch);
+  [[nodiscard]] double surface_bound(const Frame& frame, std::size_t c, double enough) const;
+  void search_surface(const Frame& frame, std::size_t c, const NearFaces::Search& search,
+                      ExitSearch& one_by_one);
+  void raise_depth(const Frame& frame, std::size_t c, double distance, double enough);
   [[nodiscard]] bool find_deepest(const Frame& frame);
   void lead_out(const Frame& frame);
   void lead_contact_out(const Frame& frame, std::size_t c, double fraction, ExitSearch& search);
@@ -156,12 +202,12 @@ class DepthEstimate {
 
   SurfaceNormals normals_;
   double surely_enough_;  ///< an edge with a larger squared length is long enough
+  double inexact_;        ///< by which distances may be wrong because of rounding
   PlaneSystem system_;
-  std::vector<std::uint8_t> penetrated_;  ///< (n_bodies) 1: penetrated by a contact that computes its plane
-  std::vector<Index> border_begin_;       ///< (n_contacts + 1) first border edge of each contact
-  std::vector<Estimate> estimates_;       ///< (n_contacts)
-  std::vector<Plane> planes_;             ///< (n_contacts) of the first guess
-  std::vector<double> deepest_;           ///< (n_contacts) largest depth in its connected region, in edges
+  std::vector<Index> border_begin_;  ///< (n_contacts + 1) first border edge of each contact
+  std::vector<Estimate> estimates_;  ///< (n_contacts)
+  std::vector<Plane> planes_;        ///< (n_contacts) of the first guess
+  std::vector<double> deepest_;      ///< (n_contacts) largest depth in its connected region, in edges
   std::vector<Index> frontier_;
   std::vector<Index> next_;
   std::vector<Scratch> scratches_;  ///< one for each chunk of contacts

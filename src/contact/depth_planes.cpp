@@ -3,20 +3,16 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 #include "contact/depth.hpp"
 #include "contact/edge_exit.hpp"
 #include "geometry/vector.hpp"
 #include "room.hpp"
-#include "simd/faces_within_reach.hpp"
 
 namespace palpate {
 namespace {
 
-/// If the weight of the crossings exceeds this multiple of the rest, only the crossings count. It also keeps
-/// the system well scaled.
-constexpr double alone = 1e8;
-constexpr std::size_t few = 16;
 /// Smallest squared length of an edge that is used, relative to its length at rest.
 constexpr double smallest = 1e-12;
 
@@ -30,7 +26,9 @@ double longest_squared_edge(const Bodies& bodies) {
 }  // namespace
 
 DepthEstimate::DepthEstimate(const Bodies& bodies)
-    : normals_(bodies), surely_enough_(smallest * longest_squared_edge(bodies)) {}
+    : normals_(bodies),
+      surely_enough_(smallest * longest_squared_edge(bodies)),
+      inexact_(1e-14 * std::sqrt(longest_squared_edge(bodies))) {}
 
 double DepthEstimate::longer_distance(const Frame& frame, Index p, Index q, double now) {
   const std::span<const Vec3> rest = frame.bodies.points_rest();
@@ -42,10 +40,7 @@ void DepthEstimate::lay_out(const Frame& frame) {
   const Contacts& contacts = frame.table.contacts();
   const std::size_t n = contacts.size();
   assign_with_room(border_begin_, n + 1, Index{0});
-  penetrated_.assign(frame.bodies.bodies().size(), 0);
   for (const BorderEdge& edge : frame.border_edges) ++at(border_begin_, edge.contact + 1);
-  for (std::size_t c = 0; c < n; ++c)
-    if (frame.cache.source(c) == PlaneCache::compute) at(penetrated_, contacts.body[c]) = 1;
   std::partial_sum(border_begin_.begin(), border_begin_.end(), border_begin_.begin());
   assign_with_room(estimates_, n, Estimate{});
   assign_with_room(system_.nodes, n, PlaneSystem::Node{});
@@ -58,194 +53,126 @@ void DepthEstimate::lay_out(const Frame& frame) {
 }
 
 void DepthEstimate::assemble(const Frame& frame) {
-  normals_.update(frame.threads, frame.bodies, frame.positions, penetrated_);
-  const std::size_t chunks = parallel::chunk_count(estimates_.size(), contacts_of_search);
+  const std::size_t n = estimates_.size();
+  normals_.prepare(frame.threads, frame.positions, frame.crossings.all());
+  const std::size_t chunks = parallel::chunk_count(n, contacts_of_search);
   if (scratches_.size() < chunks) scratches_.resize(chunks + chunks / 8 + 1);
-  parallel::for_chunks(frame.threads, estimates_.size(), contacts_of_search,
+  parallel::for_chunks(frame.threads, n, contacts_of_search,
                        [&](std::size_t begin, std::size_t end, std::size_t chunk) {
-                         assemble_contacts(frame, begin, end, scratches_[chunk]);
+                         add_crossings(frame, begin, end, scratches_[chunk]);
+                         list_surfaces(frame, begin, end, scratches_[chunk]);
+                       });
+  normals_.prepare_wanted(frame.threads, frame.positions);  // the surface beside contacts
+  parallel::for_chunks(frame.threads, n, contacts_of_search,
+                       [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+                         add_surfaces(frame, begin, end, scratches_[chunk]);
                        });
 }
 
-void DepthEstimate::assemble_contacts(const Frame& frame, std::size_t begin, std::size_t end,
-                                      Scratch& scratch) {
+/// Adds planes of crossings and links to a chunk of contacts.
+void DepthEstimate::add_crossings(const Frame& frame, std::size_t begin, std::size_t end, Scratch& scratch) {
   const bool late = frame.deadline.passed();
-  for (std::size_t c = begin; c < end; ++c) estimates_[c].cached = uses_cached_plane(frame, c, late);
-  list_crossings(frame, begin, end, scratch);
-  resize_with_room(scratch.exits, scratch.crossed.size());
-  find_exits(frame.bodies, frame.positions, normals_, scratch.crossed, scratch.exits);
-  const EdgeExit* next_exit = scratch.exits.data();
+  find_planes(frame, at(frame.crossings.begin(), border_begin_[begin]),
+              at(frame.crossings.begin(), border_begin_[end]), scratch);
   for (std::size_t c = begin; c < end; ++c) {
-    if (!estimates_[c].cached) add_border(frame, c, next_exit);
+    estimates_[c].cached = uses_cached_plane(frame, c, late);
+    if (!estimates_[c].cached) add_border(frame, c, scratch);
     add_links(frame, c);
     if (estimates_[c].cached) use_cached_plane(frame, c);
   }
-  const std::size_t room_for_points = scratch.points.capacity();
-  const std::size_t room_for_beside = scratch.beside.capacity();
-  scratch.points.clear();
-  scratch.beside.clear();
-  list_surfaces(frame, begin, end, scratch);
-  keep_room(scratch.points, room_for_points, scratch.points.size() + few);
-  keep_room(scratch.beside, room_for_beside, scratch.beside.size() + few);
-  find_normals(frame, scratch);
-  std::size_t next = 0;
-  for (std::size_t c = begin; c < end; ++c) {
-    add_surface(frame, c, scratch, next);
-    set_propagation_source(c);
+}
+
+/// Computes the planes of the crossings [begin, end).
+void DepthEstimate::find_planes(const Frame& frame, Index begin, Index end, Scratch& scratch) const {
+  const auto n = static_cast<std::size_t>(end - begin);
+  const std::span<const Crossing> crossings =
+      frame.crossings.all().subspan(static_cast<std::size_t>(begin), n);
+  const std::vector<Index>& points = frame.table.contacts().point;
+  grow_to(scratch.planes, n);
+  grow_to(scratch.doubtful, n);
+  scratch.first_crossing = begin;
+  const simd::CrossedEdges edges{points, frame.border_edges, surely_enough_, EdgeExit::here,
+                                 1.0 - link_weight};
+  const std::size_t doubtful =
+      simd::find_planes(edges, normals_.smooth(frame.positions), crossings, scratch.planes, scratch.doubtful);
+  for (const simd::Doubtful& d : std::span(scratch.doubtful).first(doubtful)) {
+    const Crossing& crossing = crossings[d.item];
+    const Index edge = crossing.border_edge;
+    // If the edge has other crossings, too, this is done when they are added.
+    const bool is_alone = at(frame.crossings.begin(), edge + 1) - at(frame.crossings.begin(), edge) == 1;
+    if (is_alone && normals_.needs_more(crossing.triangle, d))
+      scratch.planes[d.item] = unusual_plane(frame, edge, scratch);
   }
 }
 
-void DepthEstimate::find_normals(const Frame& frame, Scratch& scratch) const {
-  scratch.normals.reserve(scratch.points.capacity());
-  scratch.normals.resize(scratch.points.size());
-  normals_.at_points(frame.bodies, frame.positions, scratch.points, scratch.normals);
-}
-
-/// Lists the crossings of border edges with exactly one crossing, which are nearly all.
-void DepthEstimate::list_crossings(const Frame& frame, std::size_t begin, std::size_t end,
-                                   Scratch& scratch) const {
-  const Contacts& contacts = frame.table.contacts();
-  scratch.crossed.clear();
-  make_room(scratch.crossed, static_cast<std::size_t>(border_begin_[end] - border_begin_[begin]));
-  for (std::size_t c = begin; c < end; ++c) {
-    if (estimates_[c].cached) continue;
-    for (Index e = border_begin_[c]; e < border_begin_[c + 1]; ++e) {
-      const Index first = at(frame.crossings.begin(), e);
-      if (at(frame.crossings.begin(), e + 1) - first != 1) continue;
-      const Crossing& crossing = at(frame.crossings.all(), first);
-      scratch.crossed.push_back(
-          {contacts.point[c], at(frame.border_edges, e).free_point, crossing.triangle, crossing.parameter});
+/// Adds the planes of a contact's border edges.
+void DepthEstimate::add_border(const Frame& frame, std::size_t c, Scratch& scratch) {
+  const auto begin = static_cast<std::size_t>(border_begin_[c]);
+  const std::span<const Index> crossings =
+      frame.crossings.begin().subspan(begin, static_cast<std::size_t>(border_begin_[c + 1]) - begin + 1);
+  const simd::WeightedPlane* plane = scratch.planes.data() + (crossings[0] - scratch.first_crossing);
+  BorderSums sums;
+  for (std::size_t e = 0; e + 1 < crossings.size(); ++e, ++plane) {
+    if (crossings[e + 1] - crossings[e] != 1 || plane->special != 0.0) {
+      sums = unusual_border(frame, c, scratch);
+      break;
     }
-  }
-}
-
-/// The mean plane of the crossings of a contact's border edges. `next_exit` is the first of the edges with
-/// one crossing that was not used yet, and advances.
-void DepthEstimate::add_border(const Frame& frame, std::size_t c, const EdgeExit*& next_exit) {
-  const Index point = frame.table.contacts().point[c];
-  // Local sums, which are written to memory once.
-  double edges = 0.0;
-  double border_edges = 0.0;
-  double weight = 0.0;
-  double depth = 0.0;
-  Vec3 normal;
-  double nearest = std::numeric_limits<double>::infinity();
-  bool fixed = false;
-  const auto add = [&](const EdgeExit& exit, double inverse) {
-    nearest = std::min(nearest, exit.distance);
-    if (fixed && !exit.at_point) return;
-    if (exit.at_point && !fixed) {
-      // If a crossing is at the point itself, all others are ignored.
-      fixed = true;
-      weight = depth = 0.0;
-      normal = {};
-    }
-    border_edges += inverse;
-    const double scale = exit.at_point ? 1.0 : inverse;
-    weight += scale * exit.weight;
-    depth += scale * exit.depth;
-    normal += scale * exit.normal;
-  };
-  for (Index e = border_begin_[c]; e < border_begin_[c + 1]; ++e) {
-    const Index free_point = at(frame.border_edges, e).free_point;
-    const double inverse = 1.0 / squared_distance(frame, point, free_point);
-    edges += inverse;
-    const auto first = static_cast<std::size_t>(at(frame.crossings.begin(), e));
-    const auto last = static_cast<std::size_t>(at(frame.crossings.begin(), e + 1));
-    if (last - first == 1) {
-      add(*next_exit++, inverse);
-    } else if (first == last) {
-      ++estimates_[c].without_crossing;
-    } else {
-      const Vec3& p = at(frame.positions, point);
-      add(EdgeExit(frame.bodies, frame.positions, normals_, p, at(frame.positions, free_point) - p,
-                   frame.crossings.all().subspan(first, last - first)),
-          inverse);
-    }
+    sums.add(*plane);
   }
   Estimate& estimate = estimates_[c];
-  estimate.edges = edges;
-  estimate.border_edges = border_edges;
-  estimate.border_weight = weight;
-  estimate.nearest_crossing = nearest;
+  estimate.edges = sums.other_edges ? sums.edges : sums.sums[5];
+  estimate.depth = sums.sums[0];
+  estimate.normal = {sums.sums[1], sums.sums[2], sums.sums[3]};
+  estimate.border_weight = estimate.crossing_weight = sums.sums[4];
+  estimate.border_edges = sums.sums[5];
+  estimate.nearest_crossing = sums.nearest;
   estimate.nearest_surface = std::numeric_limits<double>::infinity();
-  estimate.fixed = fixed;
-  estimate.depth = depth;
-  estimate.normal = normal;
 }
 
-/// Search distance for surface beside a contact. At this distance triangles begin to outweigh all other
-/// planes. If a point approaches the surface from inside, far from its border edges, its plane must change
-/// before the point leaves the body.
-double DepthEstimate::reach(const Estimate& estimate) {
-  // This value does not change when a neighbour enters the body.
-  const double others = estimate.edges + (estimate.border_weight - link_weight * estimate.border_edges);
-  return 1.0 / std::sqrt(others);
-}
-
-/// Finds the surface beside up to as many contacts as there are lanes. For most of them, the reach ends
-/// inside their tet.
-void DepthEstimate::list_surfaces(const Frame& frame, std::size_t begin, std::size_t end,
-                                  Scratch& scratch) const {
-  const Contacts& contacts = frame.table.contacts();
-  simd::ReachingPoints points;
-  static_assert(contacts_of_search <= simd::ReachingPoints::most);
-  for (std::size_t c = begin; c < end; ++c) {
-    points.point.put(at(frame.positions, contacts.point[c]), c - begin);
-    const Tet& tet = at(frame.bodies.tets(), contacts.tet[c]);
-    for (std::size_t i = 0; i < 4; ++i) points.corner[i].put(at(frame.positions, tet[i]), c - begin);
-    points.reach[c - begin] = reach(estimates_[c]);
-  }
-  simd::find_faces_within_reach(points, end - begin);
-  for (std::size_t c = begin; c < end; ++c) {
-    if (points.meets[c - begin] == 0.0 || estimates_[c].fixed)
-      continue;  // fixed: the point is on the surface
-    if (frame.cache.source(c) != PlaneCache::compute) continue;
-    list_surface(frame, c, points.reach[c - begin], scratch);
-  }
-}
-
-void DepthEstimate::list_surface(const Frame& frame, std::size_t c, double reach, Scratch& scratch) const {
-  const Contacts& contacts = frame.table.contacts();
-  constexpr double smallest_part = 1e-12;
-  scratch.search.for_each_face(
-      frame.bodies, frame.positions, contacts.tet[c], at(frame.positions, contacts.point[c]),
-      own_point(frame, c), reach, [&](Index tet, std::size_t opposite, const Vec3& x, double distance) {
-        const double excess = 1.0 / std::max(distance, smallest_part * reach) - 1.0 / reach;
-        scratch.points.push_back({frame.bodies.triangle_of_face(tet, opposite), x});
-        scratch.beside.push_back({c, distance, excess * excess});
-      });
-}
-
-/// Adds the planes of surface triangles to a contact. `next` is the index of its first one, and advances to
-/// the next contact.
-void DepthEstimate::add_surface(const Frame& frame, std::size_t c, const Scratch& scratch,
-                                std::size_t& next) {
+/// The planes of a contact, some of whose border edges have several crossings or none, or a crossing at the
+/// point itself.
+DepthEstimate::BorderSums DepthEstimate::unusual_border(const Frame& frame, std::size_t c, Scratch& scratch) {
+  BorderSums sums;
+  sums.other_edges = true;
   Estimate& estimate = estimates_[c];
-  PlaneSystem::Node& node = system_.nodes[c];
-  if (estimate.fixed) return;
-  const Vec3& p = at(frame.positions, frame.table.contacts().point[c]);
-  const double border = estimate.border_weight;
-  const double links = node.diagonal - border;
-  for (; next < scratch.beside.size() && scratch.beside[next].contact == c; ++next) {
-    const auto& [contact, distance, weight] = scratch.beside[next];
-    const Vec3& normal = scratch.normals[next];
-    estimate.nearest_surface = std::min(estimate.nearest_surface, distance);
-    estimate.border_weight += weight;
-    estimate.depth += weight * dot(scratch.points[next].x - p, normal);
-    estimate.normal += weight * normal;
+  for (Index e = border_begin_[c]; e < border_begin_[c + 1]; ++e) {
+    const Index first = at(frame.crossings.begin(), e);
+    const Index n = at(frame.crossings.begin(), e + 1) - first;
+    simd::WeightedPlane plane;
+    if (n == 1) plane = at(scratch.planes, first - scratch.first_crossing);
+    if (n != 1 || plane.special != 0.0) plane = unusual_plane(frame, e, scratch);
+    sums.edges += plane.sums[5];
+    estimate.without_crossing += n == 0 ? 1 : 0;
+    // If a crossing is at the point itself, all others are ignored.
+    if (plane.special != 0.0 && !std::exchange(estimate.fixed, true)) sums.sums = {};
+    if (n > 0 && (!estimate.fixed || plane.special != 0.0)) sums.add(plane);
   }
-  node.diagonal += estimate.border_weight - border;
-  estimate.fixed = estimate.border_weight > alone * links;
+  return sums;
 }
 
-/// The first guess of a contact that has planes of its own: their mean.
-void DepthEstimate::set_propagation_source(std::size_t c) {
-  Estimate& estimate = estimates_[c];
-  if (!(estimate.border_weight > 0.0)) return;
-  estimate.depth /= estimate.border_weight;
-  estimate.normal = (1.0 / estimate.border_weight) * estimate.normal;
-  estimate.level = 0;
+/// The plane of a border edge with any number of crossings; `special` where one of them is at the point. Its
+/// weight is zero if there is none.
+simd::WeightedPlane DepthEstimate::unusual_plane(const Frame& frame, Index edge, Scratch& scratch) const {
+  const auto& [contact, free_point] = at(frame.border_edges, edge);
+  const Index point = at(frame.table.contacts().point, contact);
+  const double inverse = 1.0 / squared_distance(frame, point, free_point);
+  const auto first = static_cast<std::size_t>(at(frame.crossings.begin(), edge));
+  const auto n = static_cast<std::size_t>(at(frame.crossings.begin(), edge + 1)) - first;
+  if (n == 0) return {{0.0, 0.0, 0.0, 0.0, 0.0, inverse}, 0.0, 0.0};
+  const std::span<const Crossing> crossings = frame.crossings.all().subspan(first, n);
+  const Vec3& p = at(frame.positions, point);
+  const Vec3 displacement = at(frame.positions, free_point) - p;
+  scratch.normals.clear();
+  for (const auto& [border_edge, triangle, parameter] : crossings) {
+    const Vec3 x = p + parameter * displacement;
+    scratch.normals.push_back(normals_.at_point(frame.positions, triangle, x));
+  }
+  const EdgeExit of_edge(frame.bodies, frame.positions, displacement, crossings, scratch.normals);
+  const double scale = of_edge.at_point ? 1.0 : inverse;
+  const Vec3 normal = scale * of_edge.normal;
+  return {{scale * of_edge.depth, normal.x, normal.y, normal.z, scale * of_edge.weight, inverse},
+          of_edge.distance,
+          of_edge.at_point ? 1.0 : 0.0};
 }
 
 /// After the deadline, a contact uses its cached plane if there is one.
@@ -276,7 +203,7 @@ void DepthEstimate::add_links(const Frame& frame, std::size_t c) {
   }
   Estimate& estimate = estimates_[c];
   estimate.edges += weight / link_weight;
-  node.diagonal = estimate.border_weight + weight;
+  estimate.links = weight;
   const Index edges = node.end - node.begin + border_begin_[c + 1] - border_begin_[c];
   node.length = std::sqrt(static_cast<double>(edges) / estimate.edges);
   // Relative to a point of the same body, so that no digits are lost far from the origin.

@@ -5,52 +5,40 @@
 #include "geometry/triangle.hpp"
 
 namespace palpate {
-namespace {
-
-constexpr double here = 1e-15;  // parameter of a crossing at the point itself, up to rounding
-
-struct SurfacePlane {
-  Vec3 normal;
-  double signed_weight;  ///< of an exit > 0, of an entry < 0; not yet normalised to a sum of one
-};
-
-}  // namespace
-
-EdgeExit::EdgeExit(const Bodies& bodies, std::span<const Vec3> positions, const SurfaceNormals& normals,
-                   const Vec3& p, const Vec3& edge, std::span<const Crossing> crossings) {
-  const auto plane_of = [&](const Crossing& c) {
-    const Vec3 area = area_vector(positions, at(bodies.triangles(), c.triangle));
-    const Vec3 n = normals.at_point(bodies, positions, c.triangle, p + c.parameter * edge);
-    const double outwards = dot(area, edge) > 0.0 ? 1.0 : -1.0;
-    return SurfacePlane{n, outwards * std::max(0.0, dot(n, normalized(edge))) / (1.0 - c.parameter + here)};
-  };
-  double sum = 0.0;
-  const Crossing* last = &crossings.front();
-  for (const Crossing& c : crossings) {
-    nearest = std::min(nearest, c.parameter);
-    if (crossings.size() > 1) sum += plane_of(c).signed_weight;
-    if (c.parameter > last->parameter) last = &c;
+EdgeExit::EdgeExit(const Bodies& bodies, std::span<const Vec3> positions, const Vec3& edge,
+                   std::span<const Crossing> crossings, std::span<const Vec3> normals) {
+  std::size_t last = 0;
+  for (std::size_t i = 0; i < crossings.size(); ++i) {
+    nearest = std::min(nearest, crossings[i].parameter);
+    if (crossings[i].parameter > crossings[last].parameter) last = i;
   }
   at_point = nearest < here;
   distance = nearest * length(edge);
-  constexpr double decided = 0.02;  // below it the edge only grazes the surface
-  if (crossings.size() > 1 && (sum > decided || at_point)) {
-    for (const Crossing& c : crossings) {
-      const SurfacePlane plane = plane_of(c);
-      if (at_point && c.parameter >= here) continue;
-      const double fraction = at_point ? 1.0 : plane.signed_weight / sum;
-      add(edge, c, plane.normal, fraction);
-    }
-    if (weight > 0.0) return;
-    weight = depth = 0.0;
-    normal = {};
-  }
-  add(edge, *last, plane_of(*last).normal, 1.0);
+  if (crossings.size() > 1) add_all(bodies, positions, edge, crossings, normals);
+  if (weight > 0.0) return;
+  weight = depth = 0.0;
+  normal = {};
+  add(edge, crossings[last], normals[last], 1.0);
 }
 
-EdgeExit::EdgeExit(const Vec3& edge, const Crossing& crossing, const Vec3& surface_normal)
-    : nearest(std::min(1.0, crossing.parameter)), distance(nearest * length(edge)), at_point(nearest < here) {
-  add(edge, crossing, surface_normal, 1.0);
+/// Adds several crossings, unless the edge only grazes the surface.
+void EdgeExit::add_all(const Bodies& bodies, std::span<const Vec3> positions, const Vec3& edge,
+                       std::span<const Crossing> crossings, std::span<const Vec3> normals) {
+  constexpr double decided = 0.02;
+  const Vec3 unit = normalized(edge);
+  // Weight of an exit > 0, of an entry < 0; not yet normalised to a sum of one.
+  const auto signed_weight = [&](std::size_t i) {
+    const Vec3 area = area_vector(positions, at(bodies.triangles(), crossings[i].triangle));
+    const double outwards = dot(area, edge) > 0.0 ? 1.0 : -1.0;
+    return outwards * std::max(0.0, dot(normals[i], unit)) / (1.0 - crossings[i].parameter + here);
+  };
+  double sum = 0.0;
+  for (std::size_t i = 0; i < crossings.size(); ++i) sum += signed_weight(i);
+  if (!(sum > decided || at_point)) return;
+  for (std::size_t i = 0; i < crossings.size(); ++i) {
+    if (at_point && crossings[i].parameter >= here) continue;
+    add(edge, crossings[i], normals[i], at_point ? 1.0 : signed_weight(i) / sum);
+  }
 }
 
 void EdgeExit::add(const Vec3& edge, const Crossing& c, const Vec3& n, double fraction) {
@@ -58,40 +46,6 @@ void EdgeExit::add(const Vec3& edge, const Crossing& c, const Vec3& n, double fr
   weight += w;
   depth += w * c.parameter * dot(edge, n);
   normal += w * n;
-}
-
-void find_exits(const Bodies& bodies, std::span<const Vec3> positions, const SurfaceNormals& normals,
-                std::span<const CrossedEdge> edges, std::span<EdgeExit> exits) {
-  simd::CrossingEdges rows;
-  for (std::size_t begin = 0; begin < edges.size(); begin += simd::CrossingEdges::most) {
-    const std::size_t n = std::min(edges.size() - begin, simd::CrossingEdges::most);
-    for (std::size_t lane = 0; lane < n; ++lane) {
-      const CrossedEdge& edge = edges[begin + lane];
-      rows.from.put(at(positions, edge.point), lane);
-      rows.to.put(at(positions, edge.free_point), lane);
-      rows.parameter[lane] = edge.parameter;
-      normals.put_corners(bodies, positions, edge.triangle, rows.crossing, lane);
-    }
-    simd::find_planes(rows, 1.0 - link_weight, n);
-    for (std::size_t lane = 0; lane < n; ++lane) {
-      const CrossedEdge& edge = edges[begin + lane];
-      EdgeExit& exit = exits[begin + lane];
-      if (rows.nearest[lane] < here || !normals.is_interpolated(edge.triangle, rows.crossing, lane)) {
-        const Vec3& p = at(positions, edge.point);
-        const Vec3 displacement = at(positions, edge.free_point) - p;
-        const Vec3 normal =
-            normals.at_point(bodies, positions, edge.triangle, p + edge.parameter * displacement);
-        exit = {displacement, {-1, edge.triangle, edge.parameter}, normal};
-        continue;
-      }
-      exit.weight = rows.weight[lane];
-      exit.depth = rows.depth[lane];
-      exit.normal = {rows.weighted.x[lane], rows.weighted.y[lane], rows.weighted.z[lane]};
-      exit.nearest = rows.nearest[lane];
-      exit.distance = rows.distance[lane];
-      exit.at_point = false;
-    }
-  }
 }
 
 }  // namespace palpate

@@ -5,7 +5,7 @@
 #include <palpate/detection.hpp>
 #include <palpate/mesh.hpp>
 
-#include "contact/surface_normals.hpp"
+#include "geometry/vector.hpp"
 
 namespace palpate {
 
@@ -22,14 +22,14 @@ inline constexpr double link_weight = 0.1;
 /// passed other crossings.
 struct EdgeExit {
   EdgeExit() = default;
-  /// \param p          the point in contact
-  /// \param edge       from p to the free end
+  /// \param edge       from the point in contact to the free end
   /// \param crossings  of this edge, one or more
-  EdgeExit(const Bodies& bodies, std::span<const Vec3> positions, const SurfaceNormals& normals,
-           const Vec3& p, const Vec3& edge, std::span<const Crossing> crossings);
+  /// \param normals    of the surface at the crossings
+  EdgeExit(const Bodies& bodies, std::span<const Vec3> positions, const Vec3& edge,
+           std::span<const Crossing> crossings, std::span<const Vec3> normals);
 
-  /// The usual case, with the normal of the surface at the crossing.
-  EdgeExit(const Vec3& edge, const Crossing& crossing, const Vec3& surface_normal);
+  /// Parameter below which a crossing is at the point itself, up to rounding.
+  static constexpr double here = 1e-15;
 
   /// Sum over the crossings of fraction * (1 / parameter^2 - 1 + link_weight); 1 if at_point.
   double weight = 0.0;
@@ -40,19 +40,9 @@ struct EdgeExit {
   bool at_point = false;  ///< a crossing is at p itself; others are ignored
 
  private:
+  void add_all(const Bodies& bodies, std::span<const Vec3> positions, const Vec3& edge,
+               std::span<const Crossing> crossings, std::span<const Vec3> normals);
   void add(const Vec3& edge, const Crossing& crossing, const Vec3& surface_normal, double fraction);
 };
-
-/// A border edge with one crossing.
-struct CrossedEdge {
-  Index point;  ///< in contact
-  Index free_point;
-  Index triangle;
-  double parameter;
-};
-
-/// Computes `exits` of edges with one crossing, with the same bits as one by one.
-void find_exits(const Bodies& bodies, std::span<const Vec3> positions, const SurfaceNormals& normals,
-                std::span<const CrossedEdge> edges, std::span<EdgeExit> exits);
 
 }  // namespace palpate

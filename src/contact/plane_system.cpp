@@ -41,7 +41,7 @@ void PlaneSystem::start(const parallel::Threads& threads, double tolerance) {
                              search_[i][k] = node.residual[k] / node.diagonal;
                              sums.sums[k] += node.residual[k] * search_[i][k];
                            }
-                           sums.far |= beyond(node, search_[i], tolerance);
+                           sums.far = sums.far || beyond(node, search_[i], tolerance);
                          }
                          partial_[chunk] = sums;
                        });
@@ -91,7 +91,7 @@ int PlaneSystem::solve_components(const parallel::Threads& threads, double toler
           change[k] = node.residual[k] / node.diagonal;
           sums.sums[k] += node.residual[k] * change[k];
         }
-        sums.far |= beyond(node, change, tolerance);
+        sums.far = sums.far || beyond(node, change, tolerance);
       }
       partial_[chunk] = sums;
     });

@@ -1,7 +1,7 @@
 #include "contact/surface_normals.hpp"
 
 #include <algorithm>
-#include <cmath>
+#include <numeric>
 #include <tuple>
 
 #include "geometry/triangle.hpp"
@@ -9,27 +9,56 @@
 namespace palpate {
 namespace {
 
+constexpr std::size_t grain = 512;
 constexpr double smooth_cosine = 0.5;  // 60 degrees
-constexpr double band = 0.05;  // fraction of the triangle's height over which the normal rotates at a crease
+
+std::size_t corner_of(const Triangle& triangle, Index point) {
+  return static_cast<std::size_t>(std::find(triangle.begin(), triangle.end(), point) - triangle.begin());
+}
+
+/// The corners of triangles at each point, in the order of their triangles; corner i of triangle t is 3 t +
+/// i.
+Rows corners_of_points(const Bodies& bodies) {
+  const std::span<const Triangle> triangles = bodies.triangles();
+  Rows corners;
+  corners.begin.assign(bodies.points_rest().size() + 1, 0);
+  for (const Triangle& t : triangles) {
+    for (const Index point : t) ++at(corners.begin, point + 1);
+  }
+  std::partial_sum(corners.begin.begin(), corners.begin.end(), corners.begin.begin());
+  corners.values.resize(3 * triangles.size());
+  std::vector<Index> next(corners.begin.begin(), corners.begin.end() - 1);
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    for (std::size_t i = 0; i < 3; ++i)
+      at(corners.values, at(next, triangles[t][i])++) = static_cast<Index>(3 * t + i);
+  }
+  return corners;
+}
 
 }  // namespace
 
+struct SurfaceNormals::Fan {
+  Index body;
+  Index length;  ///< number of triangles
+  Index number;  ///< by point, then by the first triangle
+  Index begin;   ///< place of its triangles in a list
+};
+
 SurfaceNormals::SurfaceNormals(const Bodies& bodies) {
-  find_creases(bodies);
-  group_corners(bodies);
+  find_fans(bodies, find_creases(bodies));
 }
 
-void SurfaceNormals::find_creases(const Bodies& bodies) {
+SurfaceNormals::Across SurfaceNormals::find_creases(const Bodies& bodies) {
   const std::span<const Triangle> triangles = bodies.triangles();
   creases_.assign(triangles.size(), 0);
-  across_.assign(bodies.triangle_neighbors().begin(), bodies.triangle_neighbors().end());
+  Across across(bodies.triangle_neighbors().begin(), bodies.triangle_neighbors().end());
   std::vector<std::uint8_t> on_crease(bodies.points_rest().size(), 0);
   std::vector<Vec3> normals(triangles.size());
   std::ranges::transform(triangles, normals.begin(),
                          [&](const Triangle& t) { return normalized(area_vector(bodies.points_rest(), t)); });
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     for (std::size_t i = 0; i < 3; ++i) {
-      Index& other = across_[t][i];
+      Index& other = across[t][i];
       if (other >= 0 && dot(normals[t], at(normals, other)) >= smooth_cosine) continue;
       other = -1;
       creases_[t] |= static_cast<std::uint8_t>(1U << i);
@@ -41,69 +70,93 @@ void SurfaceNormals::find_creases(const Bodies& bodies) {
       if (at(on_crease, triangles[t][i]) != 0) creases_[t] |= static_cast<std::uint8_t>(8U << i);
     }
   }
+  return across;
 }
 
-/// Groups of a point: sets of its triangles that are connected over smooth edges at the point.
-void SurfaceNormals::group_corners(const Bodies& bodies) {
+/// Finds the fans of all corners: from the triangle with the lowest number over its smooth edges, breadth
+/// first. Sums over a fan have this order.
+void SurfaceNormals::find_fans(const Bodies& bodies, const Across& across) {
   const std::span<const Triangle> triangles = bodies.triangles();
-  struct Corner {
-    Index point;
-    Index triangle;
-    std::size_t corner;
+  triangles_.resize(triangles.size());
+  for (std::size_t t = 0; t < triangles.size(); ++t) triangles_[t] = {triangles[t], {-1, -1, -1}};
+  const Rows corners = corners_of_points(bodies);
+  std::vector<Fan> fans;
+  std::vector<Index> reached;  // of all fans, as in `corners`
+  fans_of_point_.begin.assign(1, 0);
+  const auto mark = [&](Index corner) -> Index& {
+    return at(triangles_, corner / 3).fans[static_cast<std::size_t>(corner % 3)];
   };
-  std::vector<Corner> corners;
-  for (std::size_t t = 0; t < triangles.size(); ++t) {
-    for (std::size_t i = 0; i < 3; ++i) corners.push_back({triangles[t][i], static_cast<Index>(t), i});
-  }
-  std::sort(corners.begin(), corners.end(), [](const Corner& a, const Corner& b) {
-    return std::tie(a.point, a.triangle) < std::tie(b.point, b.triangle);
-  });
-  corner_groups_.assign(triangles.size(), {-1, -1, -1});
-  groups_of_point_.begin.assign(bodies.points_rest().size() + 1, 0);
-  Index group = 0;
-  std::vector<Corner> reached;
-  for (const Corner& seed : corners) {
-    if (at(corner_groups_, seed.triangle)[seed.corner] >= 0) continue;
-    at(corner_groups_, seed.triangle)[seed.corner] = group;
-    reached.assign(1, seed);
-    for (std::size_t next = 0; next < reached.size(); ++next) {
-      const Corner c = reached[next];
-      triangles_of_group_.values.push_back(c.triangle);
-      for (const std::size_t side : {(c.corner + 1) % 3, (c.corner + 2) % 3}) {
-        const Index other = at(across_, c.triangle)[side];
-        if (other < 0) continue;
-        const Triangle& t = at(triangles, other);
-        const auto corner = static_cast<std::size_t>(std::find(t.begin(), t.end(), seed.point) - t.begin());
-        if (at(corner_groups_, other)[corner] >= 0) continue;
-        at(corner_groups_, other)[corner] = group;
-        reached.push_back({seed.point, other, corner});
+  const auto add = [&](Index corner) {
+    mark(corner) = static_cast<Index>(fans.size());
+    reached.push_back(corner);
+  };
+  for (Index point = 0; point + 1 < static_cast<Index>(corners.begin.size()); ++point) {
+    for (const Index seed : corners[point]) {
+      if (mark(seed) >= 0) continue;
+      const auto begin = static_cast<Index>(reached.size());
+      add(seed);
+      for (auto n = static_cast<std::size_t>(begin); n < reached.size(); ++n) {
+        const Index triangle = reached[n] / 3;
+        const auto corner = static_cast<std::size_t>(reached[n] % 3);
+        for (const std::size_t side : {(corner + 1) % 3, (corner + 2) % 3}) {
+          const Index other = at(across, triangle)[side];
+          if (other < 0) continue;
+          const Index found = 3 * other + static_cast<Index>(corner_of(at(triangles, other), point));
+          if (mark(found) < 0) add(found);
+        }
       }
+      fans.push_back({at(bodies.body_of_point(), point), static_cast<Index>(reached.size()) - begin,
+                      static_cast<Index>(fans.size()), begin});
     }
-    triangles_of_group_.begin.push_back(static_cast<Index>(triangles_of_group_.values.size()));
-    groups_of_point_.values.push_back(group);
-    ++at(groups_of_point_.begin, seed.point + 1);
-    body_of_group_.push_back(at(bodies.body_of_point(), seed.point));
-    ++group;
+    fans_of_point_.begin.push_back(static_cast<Index>(fans.size()));
   }
-  for (std::size_t p = 0; p + 1 < groups_of_point_.begin.size(); ++p)
-    groups_of_point_.begin[p + 1] += groups_of_point_.begin[p];
-  areas_.resize(triangles.size());
-  group_areas_.resize(static_cast<std::size_t>(group));
-  group_normals_.resize(static_cast<std::size_t>(group));
+  number_fans(fans, reached);
 }
 
-void SurfaceNormals::update(const parallel::Threads& threads, const Bodies& bodies,
-                            std::span<const Vec3> positions, std::span<const std::uint8_t> wanted) {
-  const std::span<const Triangle> triangles = bodies.triangles();
-  parallel::for_each(threads, areas_.size(), 1024, [&](std::size_t t) {
-    if (at(wanted, bodies.body_of(triangles[t])) != 0) areas_[t] = area_vector(positions, triangles[t]);
-  });
-  parallel::for_each(threads, group_areas_.size(), 512, [&](std::size_t g) {
-    if (at(wanted, body_of_group_[g]) == 0) return;
-    Vec3 area;
-    for (const Index t : triangles_of_group_[static_cast<Index>(g)]) area += at(areas_, t);
-    group_areas_[g] = area;
-    group_normals_[g] = normalized(area);
+/// Numbers fans of one length one after the other, so that SIMD lanes have equal work.
+void SurfaceNormals::number_fans(std::vector<Fan>& fans, std::span<const Index> corners) {
+  std::ranges::sort(fans, {}, [](const Fan& fan) { return std::tuple(fan.body, fan.length, fan.number); });
+  fans_of_point_.values.resize(fans.size());
+  fan_begin_.assign(1, 0);
+  for (const Fan& fan : fans) {
+    at(fans_of_point_.values, fan.number) = static_cast<Index>(fan_begin_.size()) - 1;
+    for (Index n = fan.begin; n < fan.begin + fan.length; ++n)
+      fan_triangles_.push_back(at(triangles_, at(corners, n) / 3).corners);
+    fan_begin_.push_back(static_cast<Index>(fan_triangles_.size()));
+  }
+  for (simd::SmoothTriangle& triangle : triangles_)
+    for (Index& fan : triangle.fans) fan = at(fans_of_point_.values, fan);
+  wanted_.resize(fans.size());
+  areas_.resize(fans.size());
+  units_.resize(fans.size());
+}
+
+void SurfaceNormals::prepare(const parallel::Threads& threads, std::span<const Vec3> positions,
+                             std::span<const Crossing> crossings) {
+  wanted_.forget();
+  parallel::for_chunks(threads, crossings.size(), 8 * grain,
+                       [&](std::size_t begin, std::size_t end, std::size_t) {
+                         const WantedItems::FirstWanted fans(wanted_);
+                         const simd::SmoothTriangle* const triangles = triangles_.data();
+                         for (const Crossing& crossing : crossings.subspan(begin, end - begin)) {
+                           const auto [a, b, c] = triangles[crossing.triangle].fans;
+                           fans.want(a);
+                           fans.want(b);
+                           fans.want(c);
+                         }
+                       });
+  prepare_wanted(threads, positions);
+}
+
+void SurfaceNormals::want(Index triangle) {
+  for (const Index fan : at(triangles_, triangle).fans) wanted_.want(fan);
+}
+
+void SurfaceNormals::prepare_wanted(const parallel::Threads& threads, std::span<const Vec3> positions) {
+  const std::span<const Index> fans = wanted_.list(threads);
+  parallel::for_chunks(threads, fans.size(), grain, [&](std::size_t begin, std::size_t end, std::size_t) {
+    simd::find_fan_normals({positions, fan_begin_, fan_triangles_}, fans.subspan(begin, end - begin), areas_,
+                           units_);
   });
 }
 
@@ -118,25 +171,24 @@ double SurfaceNormals::from_crease(Index triangle, const std::array<double, 3>& 
   return distance;
 }
 
-/// \param area_of    function: area vector of a group
-/// \param normal_of  function: its unit vector
-template <class AreaOfGroup, class NormalOfGroup>
-Vec3 SurfaceNormals::interpolated(const Bodies& bodies, std::span<const Vec3> positions, Index triangle,
-                                  const Vec3& x, const AreaOfGroup& area_of,
-                                  const NormalOfGroup& normal_of) const {
-  const Triangle& t = at(bodies.triangles(), triangle);
-  const std::array<Vec3, 3> corners = corners_of(positions, t);
+/// \param area_of  function: sum of the area vectors of a fan
+/// \param unit_of  function: its unit vector
+template <class AreaOfFan, class UnitOfFan>
+Vec3 SurfaceNormals::interpolated(std::span<const Vec3> positions, Index triangle, const Vec3& x,
+                                  const AreaOfFan& area_of, const UnitOfFan& unit_of) const {
+  const simd::SmoothTriangle& t = at(triangles_, triangle);
+  const std::array<Vec3, 3> corners = corners_of(positions, t.corners);
   const Vec3 area = area_vector(corners);
   const std::array<double, 3> w = weights_in(corners, area, x);
   Vec3 smooth;
-  for (std::size_t i = 0; i < 3; ++i) smooth += w[i] * normal_of(at(corner_groups_, triangle)[i]);
+  for (std::size_t i = 0; i < 3; ++i) smooth += w[i] * unit_of(t.fans[i]);
   Vec3 normal = smooth;
   const double from_crease = this->from_crease(triangle, w);
   if (from_crease < band) {
     Vec3 joined;
     for (std::size_t i = 0; i < 3; ++i) {
       Vec3 of_point;
-      for (const Index group : groups_of_point_[t[i]]) of_point += area_of(group);
+      for (const Index fan : fans_of_point_[t.corners[i]]) of_point += area_of(fan);
       joined += w[i] * normalized(of_point);
     }
     const double fraction = 1.0 - from_crease / band;
@@ -146,51 +198,36 @@ Vec3 SurfaceNormals::interpolated(const Bodies& bodies, std::span<const Vec3> po
   return normal == Vec3{} ? normalized(area) : normal;
 }
 
-Vec3 SurfaceNormals::at_point(const Bodies& bodies, std::span<const Vec3> positions, Index triangle,
-                              const Vec3& x) const {
-  return interpolated(
-      bodies, positions, triangle, x, [&](Index group) { return at(group_areas_, group); },
-      [&](Index group) { return at(group_normals_, group); });
+/// Sum of the area vectors of a fan's triangles, as simd::find_fan_normals() computes it.
+Vec3 SurfaceNormals::area_of_fan(std::span<const Vec3> positions, Index fan) const {
+  Vec3 area;
+  const auto begin = static_cast<std::size_t>(at(fan_begin_, fan));
+  const auto end = static_cast<std::size_t>(at(fan_begin_, fan + 1));
+  for (const Triangle& triangle : std::span(fan_triangles_).subspan(begin, end - begin))
+    area += area_vector(positions, triangle);
+  return area;
 }
 
-Vec3 SurfaceNormals::at_point_now(const Bodies& bodies, std::span<const Vec3> positions, Index triangle,
-                                  const Vec3& x) const {
-  const auto area_of = [&](Index group) {
-    Vec3 area;
-    for (const Index t : triangles_of_group_[group])
-      area += area_vector(positions, at(bodies.triangles(), t));
-    return area;
+Vec3 SurfaceNormals::at_point(std::span<const Vec3> positions, Index triangle, const Vec3& x) const {
+  const auto area_of = [&](Index fan) {
+    return wanted_.is_listed(fan) ? at(areas_, fan) : area_of_fan(positions, fan);
   };
-  return interpolated(bodies, positions, triangle, x, area_of,
-                      [&](Index group) { return normalized(area_of(group)); });
+  return interpolated(positions, triangle, x, area_of, [&](Index fan) { return at(units_, fan); });
 }
 
-void SurfaceNormals::at_points(const Bodies& bodies, std::span<const Vec3> positions,
-                               std::span<const TrianglePoint> points, std::span<Vec3> normals) const {
-  simd::TrianglePoints rows;
-  for (std::size_t begin = 0; begin < points.size(); begin += simd::TrianglePoints::most) {
-    const std::size_t n = std::min(points.size() - begin, simd::TrianglePoints::most);
-    const std::span<const TrianglePoint> some = points.subspan(begin, n);
-    for (std::size_t lane = 0; lane < n; ++lane) {
-      rows.point.put(some[lane].x, lane);
-      put_corners(bodies, positions, some[lane].triangle, rows, lane);
-    }
-    simd::interpolate_normals(rows, n);
-    for (std::size_t lane = 0; lane < n; ++lane) {
-      const auto& [triangle, x] = some[lane];
-      normals[begin + lane] = is_interpolated(triangle, rows, lane)
-                                  ? Vec3{rows.normal.x[lane], rows.normal.y[lane], rows.normal.z[lane]}
-                                  : at_point(bodies, positions, triangle, x);
-    }
+Vec3 SurfaceNormals::at_point_now(std::span<const Vec3> positions, Index triangle, const Vec3& x) const {
+  return interpolated(
+      positions, triangle, x, [&](Index fan) { return area_of_fan(positions, fan); },
+      [&](Index fan) { return normalized(area_of_fan(positions, fan)); });
+}
+
+void SurfaceNormals::at_points(std::span<const Vec3> positions, std::span<const simd::PointOfTriangle> points,
+                               std::span<Vec3> normals, std::span<simd::Doubtful> scratch) const {
+  const std::size_t doubtful = simd::find_normals(smooth(positions), points, normals, scratch);
+  for (const simd::Doubtful& d : scratch.first(doubtful)) {
+    const auto& [triangle, x] = points[d.item];
+    if (needs_more(triangle, d)) normals[d.item] = at_point(positions, triangle, x);
   }
-}
-
-bool SurfaceNormals::is_interpolated(Index triangle, const simd::TrianglePoints& points,
-                                     std::size_t lane) const {
-  if (at(creases_, triangle) != 0 &&
-      from_crease(triangle, {points.weight[0][lane], points.weight[1][lane], points.weight[2][lane]}) < band)
-    return false;
-  return points.normal.x[lane] != 0.0 || points.normal.y[lane] != 0.0 || points.normal.z[lane] != 0.0;
 }
 
 }  // namespace palpate

@@ -5,19 +5,15 @@
 #include <span>
 #include <vector>
 
+#include <palpate/detection.hpp>
 #include <palpate/mesh.hpp>
 
+#include "contact/wanted_items.hpp"
 #include "geometry/vector.hpp"
 #include "parallel/parallel.hpp"
 #include "simd/triangle_normals.hpp"
 
 namespace palpate {
-
-/// A point of a surface triangle.
-struct TrianglePoint {
-  Index triangle;
-  Vec3 x;
-};
 
 /// A normal field on the surfaces of bodies that is continuous along the surface, and equal to the triangle's
 /// normal where the surface is flat.
@@ -26,58 +22,68 @@ struct TrianglePoint {
 /// by smooth edges (normals of both triangles at most 60 degrees apart at rest); between corners it is
 /// interpolated. At a crease the normal rotates within a band of 5 % of the triangle's height on both sides,
 /// so it is continuous there too. Contact with a flat face is exact outside of that band along its rim.
+///
+/// Normals are prepared only where they are needed.
 class SurfaceNormals {
  public:
   /// O(n log n) in triangles. `bodies` must not change afterwards.
   explicit SurfaceNormals(const Bodies& bodies);
 
-  /// Corner normals of the bodies marked in `wanted` (n_bodies) at `positions`. O(triangles), parallel.
-  void update(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
-              std::span<const std::uint8_t> wanted);
+  /// Prepares the triangles of crossings, and no others. O(triangles prepared before + crossings + fans /
+  /// 8), parallel.
+  void prepare(const parallel::Threads& threads, std::span<const Vec3> positions,
+               std::span<const Crossing> crossings);
+  /// Asks for one more triangle. Any threads may call this at the same time.
+  void want(Index triangle);
+  /// Prepares the triangles asked for. O(those + fans / 8), parallel.
+  void prepare_wanted(const parallel::Threads& threads, std::span<const Vec3> positions);
 
-  /// Unit normal at x, a point of a triangle; zero where the triangle and all around it have no area.
-  [[nodiscard]] Vec3 at_point(const Bodies& bodies, std::span<const Vec3> positions, Index triangle,
-                              const Vec3& x) const;
+  /// Unit normal at x, a point of a prepared triangle; zero where the triangle and all around it have no
+  /// area.
+  [[nodiscard]] Vec3 at_point(std::span<const Vec3> positions, Index triangle, const Vec3& x) const;
   /// at_point() for many points, with the same bits.
-  void at_points(const Bodies& bodies, std::span<const Vec3> positions, std::span<const TrianglePoint> points,
-                 std::span<Vec3> normals) const;
+  /// \param scratch  (n_points)
+  void at_points(std::span<const Vec3> positions, std::span<const simd::PointOfTriangle> points,
+                 std::span<Vec3> normals, std::span<simd::Doubtful> scratch) const;
+  /// at_point() of a triangle that need not be prepared, with the same bits. O(triangles at the corners).
+  [[nodiscard]] Vec3 at_point_now(std::span<const Vec3> positions, Index triangle, const Vec3& x) const;
 
-  /// at_point() at given positions, without update() and with the same bits. O(triangles at the corners).
-  [[nodiscard]] Vec3 at_point_now(const Bodies& bodies, std::span<const Vec3> positions, Index triangle,
-                                  const Vec3& x) const;
-
-  /// Copies the corners of a triangle and their normals into a SIMD lane.
-  void put_corners(const Bodies& bodies, std::span<const Vec3> positions, Index triangle,
-                   simd::TrianglePoints& points, std::size_t lane) const {
-    for (std::size_t i = 0; i < 3; ++i) {
-      points.corner[i].put(at(positions, at(bodies.triangles(), triangle)[i]), lane);
-      points.corner_normal[i].put(at(group_normals_, at(corner_groups_, triangle)[i]), lane);
-    }
+  /// For the interpolation in prepared triangles.
+  [[nodiscard]] simd::SmoothTriangles smooth(std::span<const Vec3> positions) const {
+    return {positions, triangles_, units_, band};
   }
-  /// Whether the interpolated normal of a lane can be used; near creases it cannot.
-  [[nodiscard]] bool is_interpolated(Index triangle, const simd::TrianglePoints& points,
-                                     std::size_t lane) const;
+  /// Whether the interpolation alone does not give the normal.
+  [[nodiscard]] bool needs_more(Index triangle, const simd::Doubtful& doubtful) const {
+    return !doubtful.valid || (at(creases_, triangle) != 0 && from_crease(triangle, doubtful.weights) < band);
+  }
 
  private:
-  void find_creases(const Bodies& bodies);
-  void group_corners(const Bodies& bodies);
-  template <class AreaOfGroup, class NormalOfGroup>
-  [[nodiscard]] Vec3 interpolated(const Bodies& bodies, std::span<const Vec3> positions, Index triangle,
-                                  const Vec3& x, const AreaOfGroup& area_of,
-                                  const NormalOfGroup& normal_of) const;
+  /// Fraction of the triangle's height over which the normal rotates at a crease.
+  static constexpr double band = 0.05;
+
+  /// (n_triangles) the triangle across the edge opposite corner i; -1: the edge is a crease.
+  using Across = std::vector<std::array<Index, 3>>;
+  Across find_creases(const Bodies& bodies);
+  struct Fan;
+  void find_fans(const Bodies& bodies, const Across& across);
+  void number_fans(std::vector<Fan>& fans, std::span<const Index> corners);
+  [[nodiscard]] Vec3 area_of_fan(std::span<const Vec3> positions, Index fan) const;
+  template <class AreaOfFan, class UnitOfFan>
+  [[nodiscard]] Vec3 interpolated(std::span<const Vec3> positions, Index triangle, const Vec3& x,
+                                  const AreaOfFan& area_of, const UnitOfFan& unit_of) const;
   [[nodiscard]] double from_crease(Index triangle, const std::array<double, 3>& weights) const;
 
   /// Bits 0-2: the edge opposite corner i is a crease; bits 3-5: corner i is an end of a crease.
-  std::vector<std::uint8_t> creases_;  ///< (n_triangles)
-  std::vector<std::array<Index, 3>>
-      across_;  ///< (n_triangles) the triangle across the smooth edge opposite corner i
-  std::vector<std::array<Index, 3>> corner_groups_;  ///< (n_triangles) group of each corner
-  Rows groups_of_point_;                             ///< (n_points) groups, which are numbered by point
-  Rows triangles_of_group_;
-  std::vector<Index> body_of_group_;
-  std::vector<Vec3> areas_;          ///< (n_triangles) area vectors, twice the area long
-  std::vector<Vec3> group_areas_;    ///< (n_groups) sum of area vectors
-  std::vector<Vec3> group_normals_;  ///< (n_groups) unit, or zero
+  std::vector<std::uint8_t> creases_;            ///< (n_triangles)
+  std::vector<simd::SmoothTriangle> triangles_;  ///< (n_triangles)
+  /// Fans: the triangles around a point that are connected over smooth edges. Those of a body are in the
+  /// order of their length.
+  Rows fans_of_point_;                   ///< (n_points) in the order of their first triangles
+  std::vector<Index> fan_begin_;         ///< (n_fans + 1) into fan_triangles_
+  std::vector<Triangle> fan_triangles_;  ///< their corners
+  WantedItems wanted_;                   ///< fans; those listed are prepared
+  std::vector<Vec3> areas_;              ///< (n_fans) sums of area vectors
+  std::vector<Vec3> units_;              ///< (n_fans) unit vectors of the sums
 };
 
 }  // namespace palpate

@@ -41,7 +41,7 @@ Meeting meeting(const EdgeResponse::Frame& frame, const Edge& edge, Index triang
   const Vec3& a = at(frame.positions, edge[0]);
   const Vec3 x = a + parameter * (at(frame.positions, edge[1]) - a);
   Meeting found{triangle, parameter, weights_in(t, area_vector(t), x), 0.0, 0.0};
-  const Vec3 normal = frame.normals.at_point_now(frame.bodies, frame.positions, triangle, x);
+  const Vec3 normal = frame.normals.at_point_now(frame.positions, triangle, x);
   found.steepness = std::abs(dot(normalized(at(frame.positions, edge[1]) - a), normal));
   const double cosine = dot(normal, direction);
   found.side = std::clamp((faces_along - cosine) / (faces_along - faces_aside), 0.0, 1.0);

@@ -2,44 +2,80 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
+#include <span>
 
-#include "simd/vector_rows.hpp"
+#include <palpate/detection.hpp>
+#include <palpate/types.hpp>
 
+/// Normals of surfaces, and the planes of crossings, several at a time. Bits equal those of the same
+/// operations one by one, in the order of geometry/vector.hpp.
 namespace palpate::simd {
 
-/// Points on triangles whose corners have normals, one point per lane.
-struct TrianglePoints {
-  static constexpr std::size_t most = VectorRows::most;
-  VectorRows point;
-  std::array<VectorRows, 3> corner;
-  std::array<VectorRows, 3> corner_normal;
-  // Output of interpolate_normals():
-  VectorRows normal;              ///< unit, or zero where the mean is zero or not finite
-  std::array<LaneRow, 3> weight;  ///< of the three corners: not negative, sum 1
+/// A surface triangle: its corners, and the fans whose normals are those of the corners.
+struct SmoothTriangle {
+  std::array<Index, 3> corners;
+  std::array<Index, 3> fans;
+};
+struct SmoothTriangles {
+  std::span<const Vec3> positions;
+  std::span<const SmoothTriangle> triangles;
+  std::span<const Vec3> normals;  ///< (n_fans) unit
+  double margin;  ///< a point with a weight below it is near a side; above 1 - margin, near a corner
 };
 
-/// Weighted means of the corners' normals at the first `size` points: SurfaceNormals::at_point() without
-/// creases, with the same bits. Lanes beyond may change.
-void interpolate_normals(TrianglePoints& points, std::size_t size);
-
-/// Edges that cross triangles whose corners have normals, one edge per lane, and the planes of the surface at
-/// the crossings.
-struct CrossingEdges {
-  static constexpr std::size_t most = TrianglePoints::most;
-  VectorRows from;
-  VectorRows to;
-  LaneRow parameter;        ///< of the crossing, from 0 at `from` to 1 at `to`
-  TrianglePoints crossing;  ///< the triangle at the crossing; its point need not be set
-  // Output of find_planes(), from the normals that interpolate_normals() gives at the crossing:
-  LaneRow nearest;      ///< the parameter of the crossing, at most 1
-  LaneRow distance;     ///< of the crossing from `from`
-  LaneRow weight;       ///< 1 / parameter^2 - lost
-  LaneRow depth;        ///< weight times the distance of `from` to the plane
-  VectorRows weighted;  ///< weight times the normal
+/// Fans: sets of triangles around points.
+struct Fans {
+  std::span<const Vec3> positions;
+  std::span<const Index> begin;  ///< fan i is triangles[begin[i], begin[i + 1]), at least one
+  std::span<const Triangle> triangles;
 };
 
-/// Computes the first `size` lanes as EdgeExit does for one crossing that is not at the point, with the same
-/// bits. Lanes beyond may change.
-void find_planes(CrossingEdges& edges, double lost, std::size_t size);
+/// For each fan i in `which`, areas[i] becomes the sum of the area vectors of its triangles, and units[i]
+/// its unit vector (zero where it has none). Faster if neighbours in `which` are of one length.
+void find_fan_normals(const Fans& fans, std::span<const Index> which, std::span<Vec3> areas,
+                      std::span<Vec3> units);
+
+/// A point of a surface triangle.
+struct PointOfTriangle {
+  Index triangle;
+  Vec3 x;
+};
+
+/// A point whose normal may need more than interpolation.
+struct Doubtful {
+  std::uint32_t item;
+  bool valid;  ///< the interpolation is valid, but the point is near a side or a corner
+  std::array<double, 3> weights;
+};
+
+/// Interpolates unit normals at points. Returns how many points it wrote into `doubtful`, which has room for
+/// all.
+std::size_t find_normals(const SmoothTriangles& triangles, std::span<const PointOfTriangle> points,
+                         std::span<Vec3> normals, std::span<Doubtful> doubtful);
+
+/// Border edges.
+struct CrossedEdges {
+  std::span<const Index> point_of_contact;
+  std::span<const BorderEdge> edges;
+  double shortest;  ///< squared length below which an edge is not valid
+  double nearest;   ///< parameter below which a crossing is not valid
+  double lost;      ///< the weight of a crossing is (1 / parameter^2 - lost) / length of the edge^2
+};
+
+/// The plane of a crossing, times its weight.
+struct WeightedPlane {
+  /// Distance of the point in contact from the plane, and unit normal, each times the weight; the weight;
+  /// 1 / length of the edge^2.
+  std::array<double, 6> sums;
+  double distance;  ///< of the crossing from the point in contact
+  double special;   ///< zero
+};
+
+/// Computes the planes of crossings. Returns how many crossings it wrote into `doubtful`, which has room for
+/// all.
+std::size_t find_planes(const CrossedEdges& edges, const SmoothTriangles& triangles,
+                        std::span<const Crossing> crossings, std::span<WeightedPlane> planes,
+                        std::span<Doubtful> doubtful);
 
 }  // namespace palpate::simd

@@ -7,15 +7,18 @@
 #include <cstdint>
 #include <gtest/gtest.h>
 #include <limits>
+#include <numeric>
 #include <vector>
 
 #include "contact/border_edges.hpp"
 #include "contact/crossing_parameters.hpp"
 #include "contact/edge_exit.hpp"
+#include "contact/near_faces.hpp"
 #include "contact/nearest_surface.hpp"
+#include "contact/surface_normals.hpp"
 #include "geometry/predicates.hpp"
 #include "geometry/vector.hpp"
-#include "simd/faces_within_reach.hpp"
+#include "simd/face_distances.hpp"
 #include "support/meshes.hpp"
 #include "support/random.hpp"
 #include "support/simd_targets.hpp"
@@ -96,7 +99,7 @@ TEST(ManyAtOnce, CrossingParametersAreTheSame) {
   });
 }
 
-TEST(ManyAtOnce, ExitsOfEdgesAreTheSame) {
+TEST(ManyAtOnce, PlanesOfCrossingsAreTheSame) {
   test::Random random(12);
   Bodies bodies;
   bodies.add("box", test::box_mesh({3, 4, 2}, {-1, -1, -1}, {1, 1, 1}));
@@ -104,93 +107,187 @@ TEST(ManyAtOnce, ExitsOfEdgesAreTheSame) {
   std::vector<Vec3> positions(bodies.points_rest().begin(), bodies.points_rest().end());
   for (Vec3& p : positions) p += random.point(-0.02, 0.02);
   for (const Index p : {3, 4, 5, 30}) at(positions, p) = at(positions, 3);  // triangles without area
-  SurfaceNormals normals(bodies);
-  normals.update(parallel::Threads(1), bodies, positions, std::vector<std::uint8_t>{1, 1});
   const auto last_point = static_cast<Index>(positions.size()) - 1;
-  std::vector<CrossedEdge> edges;
-  for (int i = 0; i < 3001; ++i) {
+  std::vector<Index> points;
+  std::vector<BorderEdge> edges;
+  std::vector<Crossing> crossings;
+  for (Index i = 0; i < 3001; ++i) {
     // The interpolation does not ask whether the crossing is in the triangle.
     double parameter = random.uniform(0.0, 1.0);
     if (random.chance(0.1)) parameter = random.chance(0.5) ? 0.0 : 1e-16;
     if (random.chance(0.1)) parameter = 1.0;
-    edges.push_back({random.integer(0, last_point), random.integer(0, last_point),
-                     random.integer(0, static_cast<Index>(bodies.triangles().size()) - 1), parameter});
+    points.push_back(random.integer(0, last_point));
+    edges.push_back({i, random.integer(0, last_point)});
+    crossings.push_back({i, random.integer(0, static_cast<Index>(bodies.triangles().size()) - 1), parameter});
   }
+  constexpr double shortest = 0.01;
+  SurfaceNormals normals(bodies);
   test::for_each_simd_target([&](const char* target) {
-    for (const std::size_t n : {std::size_t{0}, std::size_t{1}, std::size_t{63}, edges.size()}) {
-      std::vector<EdgeExit> exits(n);
-      find_exits(bodies, positions, normals, std::span(edges).first(n), exits);
+    normals.prepare(parallel::Threads(1), positions, crossings);
+    for (const std::size_t n : {std::size_t{0}, std::size_t{1}, std::size_t{63}, crossings.size()}) {
+      std::vector<simd::WeightedPlane> planes(n);
+      std::vector<simd::Doubtful> doubtful(n);
+      const std::size_t count =
+          simd::find_planes({points, edges, shortest, EdgeExit::here, 1.0 - link_weight},
+                            normals.smooth(positions), std::span(crossings).first(n), planes, doubtful);
+      std::vector<int> is_valid(n, 1);
+      for (const simd::Doubtful& d : std::span(doubtful).first(count))
+        is_valid[d.item] = normals.needs_more(crossings[d.item].triangle, d) ? 0 : 1;
+      EXPECT_LE(std::ranges::count(is_valid, 0), static_cast<std::ptrdiff_t>(n / 2 + 1));
       for (std::size_t e = 0; e < n; ++e) {
-        const auto& [point, free_point, triangle, parameter] = edges[e];
-        const Vec3 edge = at(positions, free_point) - at(positions, point);
-        const Vec3 x = at(positions, point) + parameter * edge;
-        const EdgeExit one(edge, {0, triangle, parameter}, normals.at_point(bodies, positions, triangle, x));
+        const auto& [border_edge, triangle, parameter] = crossings[e];
+        const Vec3& p = at(positions, points[e]);
+        const Vec3 edge = at(positions, edges[e].free_point) - p;
+        const Vec3 normal = normals.at_point(positions, triangle, p + parameter * edge);
+        const EdgeExit one(bodies, positions, edge, std::span(crossings).subspan(e, 1), {&normal, 1});
+        if (one.at_point || squared_length(edge) < shortest) {
+          ASSERT_EQ(is_valid[e], 0) << target;
+        }
+        if (is_valid[e] == 0) continue;
+        const double inverse = 1.0 / squared_length(edge);
         // Sums begin with zero: it makes no difference whether -0 or 0 is added.
-        ASSERT_EQ(bits(exits[e].weight), bits(one.weight)) << target << ", " << e;
-        ASSERT_EQ(bits(exits[e].depth + 0.0), bits(one.depth + 0.0)) << target << ", " << e;
-        ASSERT_EQ(bits(exits[e].normal + Vec3{}), bits(one.normal + Vec3{})) << target << ", " << e;
-        ASSERT_EQ(bits(exits[e].nearest), bits(one.nearest)) << target << ", " << e;
-        ASSERT_EQ(bits(exits[e].distance), bits(one.distance)) << target << ", " << e;
-        ASSERT_EQ(exits[e].at_point, one.at_point) << target << ", " << e;
+        const auto& [depth, x, y, z, weight, inverse_of_plane] = planes[e].sums;
+        ASSERT_EQ(bits(weight), bits(inverse * one.weight)) << target << ", " << e;
+        ASSERT_EQ(bits(depth + 0.0), bits(inverse * one.depth + 0.0)) << target << ", " << e;
+        ASSERT_EQ(bits(Vec3{x, y, z} + Vec3{}), bits(inverse * one.normal + Vec3{})) << target << ", " << e;
+        ASSERT_EQ(bits(inverse_of_plane), bits(inverse)) << target << ", " << e;
+        ASSERT_EQ(bits(planes[e].distance), bits(one.distance)) << target << ", " << e;
+        ASSERT_EQ(planes[e].special, 0.0);
       }
     }
   });
 }
 
-TEST(ManyAtOnce, FacesOutOfReachAreNotFoundByAWalk) {
-  test::Random random(13);
+/// Points in tets of a ball, with reaches.
+struct PointsInABall {
   Bodies bodies;
-  bodies.add("ball", test::ball_mesh(6, {0, 0, 0}, 1.0));
-  std::vector<Vec3> positions(bodies.points_rest().begin(), bodies.points_rest().end());
-  for (Vec3& p : positions) p += random.point(-0.02, 0.02);
-  for (const Index p : {3, 4, 5, 30}) at(positions, p) = at(positions, 3);
-  at(positions, 17) = {std::numeric_limits<double>::quiet_NaN(), 0.0, 0.0};
-  ExitSearch search;
-  test::for_each_simd_target([&](const char* target) {
-    std::array<std::size_t, 2> counts{};
-    for (int round = 0; round < 200; ++round) {
-      simd::ReachingPoints points;
-      std::array<Index, simd::ReachingPoints::most> tets;
-      std::array<Vec3, simd::ReachingPoints::most> places;
-      const auto n = static_cast<std::size_t>(random.integer(1, 64));
-      for (std::size_t i = 0; i < n; ++i) {
-        tets[i] = random.integer(0, static_cast<Index>(bodies.tets().size()) - 1);
-        const Tet& tet = at(bodies.tets(), tets[i]);
-        std::array<double, 4> w{random.uniform(0.0, 1.0), random.uniform(0.0, 1.0), random.uniform(0.0, 1.0),
-                                random.uniform(0.0, 1.0)};
-        const double sum = w[0] + w[1] + w[2] + w[3];
-        places[i] = {};
-        for (std::size_t k = 0; k < 4; ++k) {
-          places[i] += (w[k] / sum) * at(positions, tet[k]);
-          points.corner[k].put(at(positions, tet[k]), i);
-        }
-        points.point.put(places[i], i);
-        points.reach[i] = random.uniform(0.0, 0.1);
-        if (random.chance(0.05)) points.reach[i] = std::numeric_limits<double>::infinity();
-      }
-      simd::find_faces_within_reach(points, n);
-      for (std::size_t i = 0; i < n; ++i) {
-        // All planes far enough in plain double arithmetic, of faces counter-clockwise from outside.
-        constexpr int faces[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
-        const Tet& tet = at(bodies.tets(), tets[i]);
-        bool all_beyond = true;
-        for (const auto& face : faces) {
-          const Vec3& a = at(positions, at(tet, face[0]));
-          const Vec3 normal = cross(at(positions, at(tet, face[1])) - a, at(positions, at(tet, face[2])) - a);
-          const double height = dot(a - places[i], normal);
-          all_beyond = all_beyond && normal != Vec3{} &&
-                       height * height >= points.reach[i] * points.reach[i] * squared_length(normal);
-        }
-        ASSERT_EQ(points.meets[i], all_beyond ? 0.0 : 1.0) << target;
-        ++counts[all_beyond ? 0 : 1];
-        if (!all_beyond) continue;
-        search.for_each_face(bodies, positions, tets[i], places[i], -1, points.reach[i],
-                             [&](Index, std::size_t, const Vec3&, double) { ADD_FAILURE() << target; });
-      }
+  std::vector<Vec3> positions;
+  std::vector<Vec3> places;
+  std::vector<NearFaces::Point> points;
+
+  PointsInABall(int n, std::uint64_t seed) {
+    test::Random random(seed);
+    bodies.add("ball", test::ball_mesh(6, {0, 0, 0}, 1.0));
+    positions.assign(bodies.points_rest().begin(), bodies.points_rest().end());
+    for (Vec3& p : positions) p += random.point(-0.02, 0.02);
+    for (int i = 0; i < n; ++i) {
+      const Index number = random.integer(0, static_cast<Index>(bodies.tets().size()) - 1);
+      const Tet& tet = at(bodies.tets(), number);
+      std::array<double, 4> w{random.uniform(0.0, 1.0), random.uniform(0.0, 1.0), random.uniform(0.0, 1.0),
+                              random.uniform(0.0, 1.0)};
+      const double sum = w[0] + w[1] + w[2] + w[3];
+      Vec3 x;
+      for (std::size_t k = 0; k < 4; ++k) x += (w[k] / sum) * at(positions, tet[k]);
+      places.push_back(x);
+      points.push_back({number, random.chance(0.2) ? tet[0] : -1, random.uniform(0.0, 0.2)});
     }
-    EXPECT_GT(counts[0], 500U);
-    EXPECT_GT(counts[1], 500U);
+  }
+};
+
+TEST(ManyAtOnce, DistancesFromFacesAreThoseOfTriangles) {
+  const PointsInABall all(500, 13);
+  std::vector<simd::PointAndTet> pairs;
+  test::Random random(15);
+  for (std::uint32_t i = 0; i < all.places.size(); ++i) {  // its own tet, and another
+    pairs.push_back({i, all.points[i].tet, 0});
+    pairs.push_back({i, random.integer(0, static_cast<Index>(all.bodies.tets().size()) - 1), 0});
+  }
+  std::vector<std::array<double, 4>> first;
+  test::for_each_simd_target([&](const char* target) {
+    for (const std::size_t n : {std::size_t{0}, std::size_t{1}, std::size_t{63}, pairs.size()}) {
+      std::vector<std::array<double, 4>> squared(n);
+      std::vector<std::uint32_t> which(n);
+      std::iota(which.rbegin(), which.rend(), 0U);
+      simd::find_face_distances(all.positions, all.bodies.tets(), all.places, pairs, which, squared);
+      for (std::size_t i = 0; i < n; ++i) {
+        const Tet& tet = at(all.bodies.tets(), pairs[i].tet);
+        const Vec3& p = all.places[pairs[i].point];
+        for (std::size_t k = 0; k < 4; ++k) {
+          const auto corner = [&](std::size_t j) { return at(all.positions, tet[(k + j) % 4]); };
+          const double distance = length(nearest_on_triangle(p, {corner(1), corner(2), corner(3)}) - p);
+          ASSERT_NEAR(std::sqrt(squared[i][k]), distance, 1e-14) << target << ", " << i;
+        }
+      }
+      if (first.size() < n) first = squared;
+      for (std::size_t i = 0; i < n; ++i)
+        for (std::size_t k = 0; k < 4; ++k)
+          ASSERT_EQ(bits(squared[i][k]), bits(first[i][k])) << target << ", " << i;
+    }
   });
+}
+
+TEST(ManyAtOnce, NearFacesAreThoseOfWalksOneByOne) {
+  ExitSearch search;
+  NearFaces near;
+  std::size_t faces = 0;
+  std::size_t given_up = 0;
+  for (std::uint64_t round = 0; round < 50; ++round) {
+    const PointsInABall all(64, 100 + round);
+    near.find({all.bodies, all.positions, all.places, all.points, 1e-15});
+    std::vector<std::vector<NearFaces::Face>> found(64);
+    for (const NearFaces::Face& face : near.found()) found[face.point].push_back(face);
+    for (std::uint32_t i = 0; i < 64; ++i) {
+      if (near.gave_up(i)) {
+        ++given_up;
+        continue;
+      }
+      // The same faces in the same order.
+      std::size_t next = 0;
+      const auto& [tet, without, reach] = all.points[i];
+      search.for_each_face(all.bodies, all.positions, tet, all.places[i], without, reach,
+                           [&](Index of, std::size_t opposite, const Vec3& x, double distance) {
+                             ASSERT_LT(next, found[i].size()) << round << ", " << i;
+                             const NearFaces::Face& face = found[i][next++];
+                             ASSERT_EQ(face.triangle, all.bodies.triangle_of_face(of, opposite));
+                             ASSERT_EQ(bits(face.distance), bits(distance));
+                             ASSERT_EQ(bits(face.x), bits(x));
+                           });
+      ASSERT_EQ(next, found[i].size()) << round << ", " << i;
+      faces += next;
+    }
+  }
+  EXPECT_GT(faces, 2000U);
+  EXPECT_GT(given_up, 0U);
+  EXPECT_LT(given_up, 1000U);
+}
+
+TEST(ManyAtOnce, NearestFacesAreThoseOfSearchesOneByOne) {
+  ExitSearch search;
+  NearFaces near;
+  test::Random random(16);
+  std::size_t beyond_reach = 0;
+  std::size_t ended_early = 0;
+  std::size_t without_face = 0;
+  for (std::uint64_t round = 0; round < 50; ++round) {
+    const PointsInABall all(64, 200 + round);
+    const NearFaces::Frame frame{all.bodies, all.positions, all.places, all.points, 1e-15};
+    near.find(frame);
+    std::vector<NearFaces::Search> searches;
+    for (std::uint32_t i = 0; i < 64; ++i) {
+      if (near.gave_up(i) || random.chance(0.3)) continue;
+      searches.push_back({i, random.uniform(0.0, 0.3), random.chance(0.3) ? random.uniform(0.0, 0.1) : 0.0});
+    }
+    near.search(frame, searches);
+    for (const auto& [i, bound, enough] : searches) {
+      if (near.gave_up(i)) continue;
+      const auto& [tet, without, reach] = all.points[i];
+      const double one =
+          search.nearest(all.bodies, all.positions, tet, all.places[i], without, bound, -1.0).distance;
+      // Whatever ends the search, it is no nearer than the nearest face.
+      ASSERT_GE(near.nearest(i), one) << round << ", " << i;
+      if (one > enough) {
+        ASSERT_EQ(bits(near.nearest(i)), bits(one)) << round << ", " << i;
+      } else {
+        ASSERT_LE(near.nearest(i), std::max(enough, one)) << round << ", " << i;
+      }
+      beyond_reach += one > reach && one < bound ? 1 : 0;
+      ended_early += one <= enough ? 1 : 0;
+      without_face += one == bound ? 1 : 0;
+    }
+  }
+  EXPECT_GT(beyond_reach, 100U);
+  EXPECT_GT(ended_early, 100U);
+  EXPECT_GT(without_face, 100U);
 }
 
 TEST(BorderEdges, PartTheEdgesOfPointsInContact) {

@@ -1,6 +1,7 @@
 // Normals of many points at once against those one by one, on every SIMD target: the same bits.
 #include "contact/surface_normals.hpp"
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstdint>
@@ -31,8 +32,8 @@ TEST(SurfaceNormals, AreTheSameManyAtOnce) {
   at(positions, 17) = {std::numeric_limits<double>::quiet_NaN(), 0.0, 0.0};
   at(positions, 100) = {1e200, -1e200, 1e200};
   SurfaceNormals normals(bodies);
-  normals.update(parallel::Threads(1), bodies, positions, std::vector<std::uint8_t>{1, 1});
-  std::vector<TrianglePoint> points;
+  normals.prepare(parallel::Threads(1), positions, {});
+  std::vector<simd::PointOfTriangle> points;
   for (int i = 0; i < 3001; ++i) {
     const Index triangle = random.integer(0, static_cast<Index>(bodies.triangles().size()) - 1);
     const Triangle& t = at(bodies.triangles(), triangle);
@@ -45,15 +46,38 @@ TEST(SurfaceNormals, AreTheSameManyAtOnce) {
     points.push_back({triangle, x});
   }
   test::for_each_simd_target([&](const char* target) {
+    normals.prepare(parallel::Threads(1), positions, {});  // forgets what another target has computed
+    for (const auto& point : points) normals.want(point.triangle);
+    normals.prepare_wanted(parallel::Threads(1), positions);
     for (const std::size_t n : {std::size_t{0}, std::size_t{1}, std::size_t{63}, points.size()}) {
       std::vector<Vec3> found(n);
-      normals.at_points(bodies, positions, std::span(points).first(n), found);
+      std::vector<simd::Doubtful> scratch(n);
+      normals.at_points(positions, std::span(points).first(n), found, scratch);
       for (std::size_t i = 0; i < n; ++i) {
-        const Vec3 one = normals.at_point(bodies, positions, points[i].triangle, points[i].x);
+        const auto& [triangle, x] = points[i];
+        const Vec3 one = normals.at_point_now(positions, triangle, x);
         ASSERT_TRUE(same_bits(found[i], one)) << target << ", " << i << " of " << n;
+        ASSERT_TRUE(same_bits(normals.at_point(positions, triangle, x), one)) << target << ", " << i;
       }
     }
   });
+}
+
+TEST(SurfaceNormals, OfCornersAreThoseOfTheTrianglesAround) {
+  // Oracle: the sum over all triangles at the corner of a smooth body, in any order.
+  Bodies bodies;
+  bodies.add("ball", test::ball_mesh(6, {3, 0, 0}, 1.0));
+  const std::span<const Vec3> x = bodies.points_rest();
+  const SurfaceNormals normals(bodies);
+  for (Index t = 0; t < static_cast<Index>(bodies.triangles().size()); ++t) {
+    for (const Index corner : at(bodies.triangles(), t)) {
+      Vec3 sum;
+      for (const Triangle& other : bodies.triangles())
+        if (std::find(other.begin(), other.end(), corner) != other.end())
+          sum += cross(at(x, other[1]) - at(x, other[0]), at(x, other[2]) - at(x, other[0]));
+      ASSERT_LT(length(normals.at_point_now(x, t, at(x, corner)) - normalized(sum)), 1e-13);
+    }
+  }
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 """docs/orbit.md: its commands, shortened here and in full in the long tests. Oracles: the figures of the page."""
 
 import csv
+import importlib
 import json
 import os
 import pathlib
@@ -9,6 +10,7 @@ import shutil
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
 import palpate
@@ -89,26 +91,31 @@ def test_contacts_of_the_repair_are_at_most_2_percent_of_an_edge_deep(repair):
     assert run["deepest"] <= 0.02 * soft["edge_length"]["mean"]
 
 
+def compare_outcomes(text, out, stages, cells):
+    """Compares the tables of outcomes over stages in this text with the results of a run; there are so many cells."""
+    factors = {"mm": 1, "ml": 1e-3, "mN": 1e-3, "mm²": 1}  # of mm, mm^3, uN and mm^2
+    found = {outcome["name"]: outcome for outcome in json.loads((out / "outcomes.json").read_text())["outcomes"]}
+    compared = 0
+    for name, row in re.findall(r"^\| `(\w+)` \| (.*) \|$", text, re.MULTILINE):
+        if name not in found:
+            continue  # per stage
+        values = {stage["stage"]: stage["value"] for stage in found[name]["stages"]}
+        for stage, cell in zip(stages, row.split(" | ")):
+            number, unit = cell.split()
+            digits = len(number.partition(".")[2])
+            assert factors[unit] * values[stage] == pytest.approx(float(number), rel=0.05, abs=min(0.011, 1.1 * 10.0**-digits)), (name, stage)
+            compared += 1
+    assert compared == cells
+
+
 @pytest.mark.long
 def test_the_whole_repair(root, repair):
     """At rest in each stage, converged, nothing inverted in any step; the page's figures."""
     out, run = repair
     assert run["solver"]["steps_not_converged"] == 0 and run["inverted_tets"]["largest"] == 0
     assert all(stage["reached"] and not stage["overlaps"] for stage in run["stages"])
-    factors = {"mm": 1, "ml": 1e-3, "mN": 1e-3, "mm²": 1}  # of mm, mm^3, uN and mm^2
-    page = (root / "docs/orbit.md").read_text()
-    found = {outcome["name"]: outcome for outcome in json.loads((out / "outcomes.json").read_text())["outcomes"]}
-    rows = re.findall(r"^\| `(\w+)` \| (.*) \|$", page, re.MULTILINE)
-    compared = 0
-    for name, cells in rows:
-        if name not in found:
-            continue  # per stage
-        values = {stage["stage"]: stage["value"] for stage in found[name]["stages"]}
-        for stage, cell in zip(("intact", "fracture", "retract", "release"), cells.split(" | ")):
-            number, unit = cell.split()
-            assert factors[unit] * values[stage] == pytest.approx(float(number), rel=0.05, abs=0.011), (name, stage)
-            compared += 1
-    assert compared == 28
+    page = (root / "docs/orbit.md").read_text().split("## The same operation in a CT")[0]
+    compare_outcomes(page, out, ("intact", "fracture", "retract", "release"), 28)
 
 
 @pytest.mark.long
@@ -124,3 +131,64 @@ def test_the_study_ranks_plans(root, tmp_path):
     assert [row["status"] for row in rows] == ["done", "done"] and float(rows[0]["globe_off"]) != float(rows[1]["globe_off"])
     assert (tmp_path / "plans.png").stat().st_size > 10000 and study() == first
     shutil.rmtree(tmp_path / "runs")
+
+
+@pytest.fixture
+def plates(root, monkeypatch):
+    """The module that makes the plates of the CT scene."""
+    monkeypatch.syspath_prepend(root / "scenes/ct")
+    return importlib.import_module("plates")
+
+
+def slope(places):
+    """A floor: a quadratic, so that bilinear heights over a fine lattice are exact to a micrometre."""
+    x, y = places.T
+    return -20.0 + 0.3 * x - 0.1 * y + 0.02 * x * y + 0.01 * y * y
+
+
+@pytest.mark.parametrize("shape", ["bent", "flat"])
+def test_a_plate_of_the_ct_fits_the_hole_and_the_floor(plates, shape):
+    """A closed disc inside the ellipse, of its volume; bent: its upper side is the floor, flat: in a plane that no tilt or rise brings closer."""
+    axis = np.arange(-10.0, 10.0, 0.05)
+    x, y = np.meshgrid(axis, axis)
+    heights = slope(np.stack([x.ravel(), y.ravel()], -1)).reshape(x.shape)
+    floor = plates.Heights(heights, np.ones(x.shape, bool), np.array([axis[0], axis[0]]), 0.05)
+    points, tets = plates.plate(floor, shape, (1.0, -2.0), np.array([5.0, 6.0]))
+    p, q, r, s = (points[tets[:, k]] for k in range(4))
+    volumes = np.einsum("ij,ij->i", np.cross(q - p, r - p), s - p) / 6
+    sides = plates.SECTORS * np.sin(2 * np.pi / plates.SECTORS) / 2  # area of a polygon in the unit circle
+    assert volumes.min() > 0 and volumes.sum() == pytest.approx(sides * 5 * 6 * plates.THICKNESS)
+    assert (((points[:, :2] - (1.0, -2.0)) / (5.0, 6.0)) ** 2).sum(axis=1).max() <= 1 + 1e-12
+    faces = np.sort(np.concatenate([np.delete(tets, k, axis=1) for k in range(4)]), axis=1)
+    counts = np.unique(faces, axis=0, return_counts=True)[1]
+    assert counts.max() == 2 and (counts == 1).sum() == 2 * plates.SECTORS * (2 * plates.RINGS - 1) + 2 * plates.SECTORS  # two sides and the rim
+    top = points[len(points) // 2:]
+    off = top[:, 2] - slope(top[:, :2])
+    if shape == "bent":
+        assert abs(off).max() < 1e-3
+    else:
+        terms = np.column_stack([np.ones(len(top)), top[:, :2]])
+        assert abs(terms.T @ off).max() < 0.1 and abs(top[:, 2] - terms @ np.linalg.lstsq(terms, top[:, 2], rcond=None)[0]).max() < 1e-9
+    with pytest.raises(AssertionError, match="larger than the floor"):
+        plates.plate(plates.Heights(heights, x < 2.0, np.array([axis[0], axis[0]]), 0.05), shape, (1.0, -2.0), np.array([5.0, 6.0]))
+
+
+def test_the_study_knows_the_places_of_each_head(root, tmp_path):
+    refused = subprocess.run([sys.executable, root / "examples/orbit_study.py", "plans", tmp_path, "--head", "ct", "--places", "4 mm forward"],
+                             capture_output=True, text=True)
+    assert refused.returncode == 2
+    assert refused.stderr.splitlines()[-1].endswith("--places: found '4 mm forward', expected one of: planned, 1 mm higher, 1 mm lower")
+
+
+@pytest.mark.long
+def test_the_repair_in_a_ct(root, command, tmp_path):
+    """At rest in each stage, converged, nothing inverted in any step, contacts at most 2 % of an edge deep at the end; the page's figures."""
+    if not (root / "build/ct/orbit/plate-bent.mesh").exists():
+        pytest.skip("no meshes of the CT: './dev run scenes/orbit-ct.json --steps 1' makes them")
+    subprocess.run([command, "run", root / "scenes/orbit-ct.json", "--strict", "--no-picture", "--quiet", "--out", "out"], cwd=tmp_path, check=True)
+    run = json.loads((tmp_path / "out/run.json").read_text())
+    assert run["solver"]["steps_not_converged"] == 0 and run["inverted_tets"]["largest"] == 0
+    assert all(stage["reached"] and not stage["overlaps"] for stage in run["stages"])
+    assert run["deepest"] <= 0.02 * next(body for body in run["bodies"] if body["name"] == "fat")["edge_length"]["mean"]
+    section = (root / "docs/orbit.md").read_text().split("## The same operation in a CT")[1].split("\n## ")[0]
+    compare_outcomes(section, tmp_path / "out", ("intact", "fracture", "repair"), 18)
