@@ -10,7 +10,7 @@
 #include "contact/surface_clusters.hpp"
 #include "geometry/box.hpp"
 #include "parallel/parallel.hpp"
-#include "simd/point_boxes.hpp"
+#include "simd/cluster_motions.hpp"
 
 namespace palpate {
 
@@ -23,13 +23,9 @@ namespace palpate {
 /// the remainders r count, since no vector v + w x v is shorter than v.
 class ClusterMotions {
  public:
-  ClusterMotions(const SurfaceClusters& surface, std::size_t bodies)
-      : surface_(surface),
-        boxes_(surface.clusters.clusters.size()),
-        motions_(boxes_.size()),
-        bodies_(bodies) {}
+  ClusterMotions(const SurfaceClusters& surface, const Bodies& bodies);
 
-  /// Follows all clusters to new positions. O(surface points), parallel.
+  /// Follows all clusters to new positions. O(points), parallel.
   /// \param may_touch  tells within which bodies bounds are wanted
   void follow(const parallel::Threads& threads, std::span<const Vec3> positions, const PairFilter& may_touch);
 
@@ -41,9 +37,10 @@ class ClusterMotions {
   [[nodiscard]] double of_bodies(Index a, Index b) const {
     return nearer(at(bodies_, a).motion, at(bodies_, b).motion, a == b);
   }
-  /// The same for two clusters.
-  [[nodiscard]] double of_clusters(Index a, Index b, bool of_one_body) const {
-    return nearer(at(motions_, a), at(motions_, b), of_one_body);
+  /// Displacements (n_clusters) in the last follow(); within a body, less its common motion. Two clusters
+  /// came nearer to each other by no more than the largest distance of two of their displacements.
+  [[nodiscard]] const simd::DisplacementBox* of_clusters(bool within_body) const {
+    return (within_body ? remainders_ : displacements_).data();
   }
 
  private:
@@ -53,23 +50,39 @@ class ClusterMotions {
     Box remainders;  ///< only where bounds within the body are wanted
   };
   struct BodyMotion {
+    Range points;
     Box box;
     Motion motion;
+    bool is_still = false;  ///< it has not moved
+    bool rests = false;     ///< and not before either, so that all that is known of it stays
     bool may_touch_itself = false;
     simd::LinearMotion common{};  ///< t + w x p
+    double error = 0.0;           ///< of the common motion, m
+  };
+  /// Some clusters of one body, followed together.
+  struct Piece {
+    Range clusters;
+    Index body;
+    Box box{};
+    Motion motion{};
+    double largest_side = 0.0;
   };
   [[nodiscard]] static double nearer(const Motion& a, const Motion& b, bool of_one_body) {
     return of_one_body ? largest_distance(a.remainders, b.remainders)
                        : largest_distance(a.displacements, b.displacements);
   }
   [[nodiscard]] simd::LinearMotion common_motion(std::span<const Vec3> positions, Index body) const;
-  void follow_cluster(std::span<const Vec3> positions, std::size_t cluster);
+  void begin(std::span<const Vec3> positions, Index number, bool may_touch_itself);
+  void follow(std::span<const Vec3> positions, Piece& piece);
+  void join_pieces();
 
   const SurfaceClusters& surface_;
-  std::vector<Vec3> last_;       ///< (n_points) at the last follow(); none before the first
-  std::vector<Box> boxes_;       ///< (n_clusters)
-  std::vector<Motion> motions_;  ///< (n_clusters)
+  std::vector<Vec3> last_;  ///< (n_points) at the last follow(); none before the first
+  std::vector<Box> boxes_;  ///< (n_clusters)
+  std::vector<simd::DisplacementBox> displacements_;  ///< (n_clusters)
+  std::vector<simd::DisplacementBox> remainders_;     ///< (n_clusters), of bodies that may touch themselves
   std::vector<BodyMotion> bodies_;
+  std::vector<Piece> pieces_;
   double largest_side_ = 0.0;
 };
 

@@ -5,9 +5,11 @@
 
 #include "contact/rim_falloff.hpp"
 #include "geometry/predicates.hpp"
+#include "geometry/triangle.hpp"
 #include "geometry/vector.hpp"
 #include "mesh/outward.hpp"
 #include "room.hpp"
+#include "simd/crossing_parameters.hpp"
 
 namespace palpate {
 namespace {
@@ -35,6 +37,42 @@ void EdgeContactQuery::list_groups(const Bodies& bodies, std::size_t spare) {
   }
 }
 
+/// Finds where the edges meet the triangles.
+void EdgeContactQuery::find_meetings(const parallel::Threads& threads, const Bodies& bodies,
+                                     std::span<const Vec3> positions, std::size_t spare) {
+  constexpr std::size_t most = simd::SegmentsInTriangles::most;
+  const std::span<const EdgeTriangle> hits = query_.found();
+  make_room(meetings_, hits.size() + spare);
+  meetings_.resize(hits.size());
+  parallel::for_chunks(threads, hits.size(), most, [&](std::size_t begin, std::size_t end, std::size_t) {
+    simd::SegmentsInTriangles segments;
+    for (std::size_t i = begin; i < end; ++i) {
+      const Edge& ends = at(bodies.edges(), hits[i].edge);
+      const Triangle& triangle = at(bodies.triangles(), hits[i].triangle);
+      for (std::size_t k = 0; k < 2; ++k) segments.end[k][i - begin] = ends[k];
+      for (std::size_t k = 0; k < 3; ++k) segments.corner[k][i - begin] = triangle[k];
+    }
+    simd::find_parameters(positions.data(), segments, end - begin);
+    for (std::size_t i = begin; i < end; ++i) {
+      const double quick = segments.parameter[i - begin];
+      meetings_[i] = quick >= 0.0 ? Meeting{hits[i].triangle, quick, segments.passage[i - begin] > 0.0}
+                                  : exact_meeting(bodies, positions, hits[i]);
+    }
+  });
+}
+
+/// Where an edge meets a triangle, if double precision cannot decide.
+EdgeContactQuery::Meeting EdgeContactQuery::exact_meeting(const Bodies& bodies,
+                                                          std::span<const Vec3> positions,
+                                                          const EdgeTriangle& hit) {
+  const Edge& ends = at(bodies.edges(), hit.edge);
+  const Vec3& a = at(positions, ends[0]);
+  const Vec3& b = at(positions, ends[1]);
+  const std::array<Vec3, 3> x = corners_of(positions, at(bodies.triangles(), hit.triangle));
+  const bool enters = orient3d(x[0], x[1], x[2], a) > orient3d(x[0], x[1], x[2], b);
+  return {hit.triangle, crossing_parameter(a, b, x[0], x[1], x[2]), enters};
+}
+
 /// The shortest exit of the part of an edge between two crossings.
 LineExit EdgeContactQuery::shortest_exit(const Bodies& bodies, std::span<const Vec3> positions, Index edge,
                                          const Meeting& in, const Meeting& out,
@@ -47,11 +85,13 @@ LineExit EdgeContactQuery::shortest_exit(const Bodies& bodies, std::span<const V
   LineExit best{out.parameter * whole, d};
   const double back = (1.0 - in.parameter) * whole;
   if (back < best.distance) best = {back, -d};
+  const Index body = bodies.body_of(at(bodies.triangles(), in.triangle));
   const EdgeLine line{.x = a,
                       .d = d,
                       .ends = ends,
                       .outward = outward_of_edge(bodies, positions, edge),
-                      .slack = at(slack_, bodies.body_of(at(bodies.triangles(), in.triangle)))};
+                      .is_own = body == bodies.body_of(ends),
+                      .slack = at(slack_, body)};
   double bound = best.distance;
   for (const Meeting& meeting : {in, out}) {
     const LineExit found = search.nearest(bodies, positions, meeting.triangle, line, bound);
@@ -66,17 +106,10 @@ void EdgeContactQuery::add_rows(const Bodies& bodies, std::span<const Vec3> posi
                                 Scratch& scratch, std::vector<Row>& rows) const {
   const Index edge = query_.found()[group.begin].edge;
   const Edge& ends = at(bodies.edges(), edge);
-  const Vec3& a = at(positions, ends[0]);
-  const Vec3& b = at(positions, ends[1]);
   std::vector<Meeting>& meetings = scratch.meetings;
   meetings.clear();
-  for (std::size_t h = group.begin; h < group.end; ++h) {
-    const Index triangle = query_.found()[h].triangle;
-    const Triangle& t = at(bodies.triangles(), triangle);
-    const std::array<Vec3, 3> x{at(positions, t[0]), at(positions, t[1]), at(positions, t[2])};
-    const bool enters = orient3d(x[0], x[1], x[2], a) > orient3d(x[0], x[1], x[2], b);
-    meetings.push_back({triangle, crossing_parameter(a, b, x[0], x[1], x[2]), enters});
-  }
+  const auto own = std::span(meetings_).subspan(group.begin, group.end - group.begin);
+  meetings.insert(meetings.end(), own.begin(), own.end());
   // An edge that passes a corner enters and leaves at one parameter.
   std::ranges::sort(meetings, {},
                     [](const Meeting& m) { return std::tuple(m.parameter, !m.enters, m.triangle); });
@@ -111,6 +144,7 @@ void EdgeContactQuery::find(const parallel::Threads& threads, const Bodies& bodi
   // first steps allocate.
   const std::size_t spare = contacts.size();
   list_groups(bodies, spare);
+  find_meetings(threads, bodies, positions, spare);
   const std::size_t chunks = parallel::chunk_count(groups_.size() + spare, grain);
   if (scratches_.size() < chunks) scratches_.resize(chunks + chunks / 8 + 1);
   lists_.make_room_in_all(scratches_.size(), 2 * grain);

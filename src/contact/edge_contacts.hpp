@@ -58,6 +58,10 @@ class EdgeContactQuery {
     SilhouetteSearch search;
   };
   void list_groups(const Bodies& bodies, std::size_t spare);
+  void find_meetings(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
+                     std::size_t spare);
+  static Meeting exact_meeting(const Bodies& bodies, std::span<const Vec3> positions,
+                               const EdgeTriangle& hit);
   void add_rows(const Bodies& bodies, std::span<const Vec3> positions, const Group& group, Scratch& scratch,
                 std::vector<Row>& rows) const;
   [[nodiscard]] LineExit shortest_exit(const Bodies& bodies, std::span<const Vec3> positions, Index edge,
@@ -66,6 +70,7 @@ class EdgeContactQuery {
   EdgeQuery query_;
   std::vector<double> slack_;  ///< (n_bodies) EdgeLine::slack
   std::vector<Group> groups_;
+  std::vector<Meeting> meetings_;   ///< of the query's result
   std::vector<Scratch> scratches_;  ///< of each chunk of groups
   parallel::ChunkedList<Row> lists_;
   std::vector<Row> rows_;

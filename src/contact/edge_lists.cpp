@@ -1,8 +1,6 @@
 // The lists of near edges of two clusters, and the tests of these edges.
 #include <algorithm>
 #include <array>
-#include <bit>
-#include <bitset>
 #include <limits>
 #include <utility>
 
@@ -11,6 +9,7 @@
 #include "geometry/predicates.hpp"
 #include "geometry/triangle.hpp"
 #include "room.hpp"
+#include "simd/reached_pairs.hpp"
 
 namespace palpate {
 namespace {
@@ -18,9 +17,8 @@ namespace {
 constexpr std::size_t groups_of_chunk = 256;
 constexpr std::size_t listed_of_chunk = 32;
 constexpr std::size_t tested_of_chunk = 64;
-constexpr std::size_t most_edges_of_cluster = 3 * Cluster::most_primitives;
 /// The largest margin of a list of edges, over that of a list of clusters.
-constexpr double edges_over_clusters = 0.5;
+constexpr double edges_over_clusters = 0.25;
 
 }  // namespace
 
@@ -48,16 +46,20 @@ void EdgeQuery::choose_tasks(const Frame& frame) {
 void EdgeQuery::choose(std::size_t number, const std::pair<std::size_t, std::size_t>& places,
                        std::vector<Task>& tasks) {
   NearPair& pair = pairs_[number];
+  ClusterGroups& groups = pair.groups;
   const bool is_own = pair.bodies.first == pair.bodies.second;
-  for (std::size_t place = places.first; place < places.second; ++place) {
-    const std::size_t i = place + pair.first < pair.groups.size() ? place + pair.first
-                                                                  : place + pair.first - pair.groups.size();
-    Group& group = pair.groups[i];
-    const auto& [a, b] = group.clusters;
-    group.validity.move(motions_.of_clusters(a, b, is_own));
-    const bool is_listed = group.validity.is_valid();
-    if (!is_listed || !(group.validity.moved < static_cast<double>(group.apart)))
-      tasks.push_back({number, i, is_listed});
+  std::array<std::int32_t, groups_of_chunk + Cluster::most_primitives> due;
+  for (std::size_t place = places.first; place < places.second;) {
+    const std::size_t turned = place + pair.first;
+    const std::size_t begin = turned < groups.size() ? turned : turned - groups.size();
+    const std::size_t end = std::min(groups.size(), begin + places.second - place);
+    const std::size_t found =
+        simd::move_pairs(motions_.of_clusters(is_own), groups.moving(), begin, end, due.data());
+    for (const std::int32_t i : std::span(due).first(found)) {
+      const auto group = static_cast<std::size_t>(i);
+      tasks.push_back({number, group, groups.is_listed(group)});
+    }
+    place += end - begin;
   }
 }
 
@@ -68,57 +70,64 @@ void EdgeQuery::list_groups(const Frame& frame) {
   for (std::size_t i = 0; i < tasks_.size(); ++i) {
     if (tasks_[i].is_listed) continue;
     to_list_.push_back(i);
-    unused_ += std::exchange(group_of(tasks_[i]).size, 0);
+    unused_ += std::exchange(pairs_[tasks_[i].pair].groups.listed[tasks_[i].group], 0);
   }
   drop_unused();
   listing_.begin(frame.deadline, to_list_.size(), listed_of_chunk);
   near_lists_.fill(frame.threads, to_list_.size(), listed_of_chunk,
                    [&](std::size_t begin, std::size_t end, std::vector<NearEdge>& found) {
                      if (listing_.skips(begin)) return;
-                     FacingClusters facing(frame.facing);
+                     FacingClusters facing(frame.surface);
                      for (std::size_t i = begin; i < end; ++i) {
-                       Task& task = tasks_[to_list_[i]];
-                       list(pairs_[task.pair], group_of(task), facing, found);
-                       task.is_listed = true;
+                       list(tasks_[to_list_[i]], facing, found);
+                       tasks_[to_list_[i]].is_listed = true;
                      }
                    });
-  near_lists_.make_even_room();
   take_lists();
 }
 
-void EdgeQuery::list(const NearPair& pair, Group& group, FacingClusters& facing,
-                     std::vector<NearEdge>& found) const {
-  const auto& [a, b] = group.clusters;
+void EdgeQuery::list(const Task& task, FacingClusters& facing, std::vector<NearEdge>& found) {
+  const NearPair& pair = pairs_[task.pair];
+  ClusterGroups& groups = pairs_[task.pair].groups;
+  const std::size_t i = task.group;
+  const auto [a, b] = groups.clusters(i);
   const std::size_t before = found.size();
-  Validity& validity = group.validity;
-  const double between = gap(at(motions_.boxes(), a), at(motions_.boxes(), b));
-  if (between > validity.usual) {
-    validity.moved = 0.0;
-    validity.room = between;
-    group.apart = std::numeric_limits<float>::max();
-  } else {
-    facing.face(a, b);
-    facing.list(validity.renew(edges_over_clusters * most_room(pair)), found);
-    group.apart = -1.0F;
+  const auto usual = static_cast<double>(groups.usual[i]);
+  double room = gap(at(motions_.boxes(), a), at(motions_.boxes(), b));
+  groups.moved[i] = 0.0F;
+  groups.apart[i] = std::numeric_limits<float>::max();
+  if (!(room > usual)) {
+    room = margin_of_list(usual, edges_over_clusters * most_room(pair));
+    facing.list(a, b, room, found);
+    groups.apart[i] = 0.0F;
   }
-  group.size = found.size() - before;
+  constexpr double down = 1.0 - 1e-6;  // for the rounding to float
+  groups.room[i] = static_cast<float>(down * room);
+  groups.listed[i] = static_cast<std::uint32_t>(found.size() - before);
 }
 
 /// Stores the new lists.
 void EdgeQuery::take_lists() {
   std::size_t begin = near_.size();
-  std::size_t size = begin;
-  for (const std::size_t i : to_list_) size += group_of(tasks_[i]).size;
-  if (near_.capacity() < size) {  // so that only the first searches allocate
-    make_room(near_, 2 * size);
-    make_room(kept_, near_.capacity());
+  const std::size_t chunks = parallel::chunk_count(to_list_.size(), listed_of_chunk);
+  std::size_t size = 0;
+  std::size_t longest = 0;
+  for (std::size_t chunk = 0; chunk < chunks; ++chunk) {
+    size += near_lists_.list(chunk).size();
+    longest = std::max(longest, near_lists_.list(chunk).size());
   }
-  near_lists_.append(near_, parallel::chunk_count(to_list_.size(), listed_of_chunk));
+  if (!near_.has_room(size)) {  // so that only the first searches allocate
+    near_.make_room(2 * (begin + size));
+    kept_.make_room(2 * (begin + size));
+  }
+  for (std::size_t chunk = 0; chunk < chunks; ++chunk) near_.append(near_lists_.list(chunk));
+  if (longest > longest_list_) longest_list_ = 2 * longest;
+  near_lists_.make_room_in_all(chunks + chunks / 2 + 4, longest_list_);
   for (const std::size_t i : to_list_) {
     if (!tasks_[i].is_listed) continue;
-    Group& group = group_of(tasks_[i]);
-    group.begin = begin;
-    begin += group.size;
+    ClusterGroups& groups = pairs_[tasks_[i].pair].groups;
+    groups.begin[tasks_[i].group] = static_cast<std::uint32_t>(begin);
+    begin += groups.listed[tasks_[i].group];
   }
 }
 
@@ -127,54 +136,89 @@ void EdgeQuery::drop_unused() {
   if (2 * unused_ <= near_.size()) return;
   kept_.clear();
   for (NearPair& pair : pairs_) {
-    for (Group& group : pair.groups) {
-      const std::size_t begin = std::exchange(group.begin, kept_.size());
-      const auto list = std::span(near_).subspan(begin, group.size);
-      kept_.insert(kept_.end(), list.begin(), list.end());
+    for (std::size_t i = 0; i < pair.groups.size(); ++i) {
+      const auto begin = std::exchange(pair.groups.begin[i], static_cast<std::uint32_t>(kept_.size()));
+      kept_.append(near_, begin, pair.groups.listed[i]);
     }
   }
   near_.swap(kept_);
   unused_ = 0;
 }
 
-/// What near edges of two clusters refer to: [side].
-struct EdgeQuery::Sides {
-  Sides(const SurfaceClusters& surface, const IndexPair& clusters) {
-    const auto& [a, b] = clusters;
-    const Cluster& first = at(surface.clusters.clusters, a);
-    const Cluster& second = at(surface.clusters.clusters, b);
-    edges = {surface.edges[a], surface.edges[b]};
-    faced = {surface.clusters.primitives_of(second), surface.clusters.primitives_of(first)};
-    faced_body = {second.body, first.body};
-  }
-  std::array<std::span<const Index>, 2> edges;
-  std::array<std::span<const Index>, 2> faced;  ///< triangles
-  std::array<Index, 2> faced_body{};
-};
-
 /// Whether an edge meets a triangle of its own body only because tissue there is inverted or flat.
-bool EdgeQuery::is_folded(const Frame& frame, const Edge& ends, Index triangle) {
-  if (frame.bodies.body_of(ends) != frame.bodies.body_of(at(frame.bodies.triangles(), triangle)))
+bool EdgeQuery::is_folded(const Frame& frame, const EdgeTriangle& pair) {
+  const Edge& ends = at(frame.bodies.edges(), pair.edge);
+  if (frame.bodies.body_of(ends) != frame.bodies.body_of(at(frame.bodies.triangles(), pair.triangle)))
     return false;
-  const Index tet = at(frame.bodies.triangle_tets(), triangle);
+  const Index tet = at(frame.bodies.triangle_tets(), pair.triangle);
   return std::ranges::any_of(ends,
                              [&](Index end) { return is_fold(frame.bodies, frame.positions, end, tet); });
 }
 
-void EdgeQuery::test_exactly(const Frame& frame, const Sides& sides, const NearEdge& near,
-                             std::vector<EdgeTriangle>& found) {
-  const Index edge = sides.edges[near.side][near.place];
-  const Edge& ends = at(frame.bodies.edges(), edge);
-  const std::span<const Index> triangles = sides.faced[near.side];
-  for (std::uint32_t left = near.touching; left != 0; left &= left - 1) {
-    const Index triangle = triangles[static_cast<std::size_t>(std::countr_zero(left))];
-    const std::array<Vec3, 3> x = corners_of(frame.positions, at(frame.bodies.triangles(), triangle));
-    if (segment_meets_triangle(at(frame.positions, ends[0]), at(frame.positions, ends[1]), x[0], x[1],
-                               x[2]) &&
-        !is_folded(frame, ends, triangle))
-      found.push_back({edge, triangle});
+/// Tests pairs of a chunk of groups that may meet.
+class EdgeQuery::Tests {
+ public:
+  Tests(const Frame& frame, NearEdges& near, std::vector<EdgeTriangle>& found)
+      : frame_(frame), near_(near), found_(found), waiting_(frame.surface) {}
+
+  void test(const IndexPair& bodies, ClusterGroups& groups, std::size_t group) {
+    float& apart = groups.apart[group];
+    apart = std::numeric_limits<float>::max();
+    const float moved = groups.moved[group];
+    const simd::ContactsOfEdges contacts = frame_.contacts_of_edges(bodies);
+    const std::size_t end = groups.begin[group] + groups.listed[group];
+    std::array<std::int32_t, most_at_once + Cluster::most_primitives> reached;
+    for (std::size_t begin = groups.begin[group]; begin < end; begin += most_at_once) {
+      const simd::ReachedPairs found =
+          simd::find_reached({&near_.edge[begin], &near_.apart[begin], std::min(most_at_once, end - begin)},
+                             moved, apart, contacts, reached.data());
+      apart = std::min(apart, found.least);
+      bool has_in_contact = found.has_in_contact;
+      for (const std::int32_t i : std::span(reached).first(found.size)) {
+        const std::size_t place = begin + static_cast<std::size_t>(i & ~simd::ReachedPairs::unsure);
+        if (i >= simd::ReachedPairs::unsure && frame_.has_end_in_contact(near_.edge[place], bodies)) {
+          has_in_contact = true;
+          continue;
+        }
+        if (!waiting_.has_room(1)) finish();
+        origins_[waiting_.add(near_.edge[place], near_.triangle[place])] = {place, moved, &apart};
+      }
+      if (has_in_contact) apart = -1.0F;  // they may be without a contact in the next detection
+    }
   }
-}
+  void finish() {
+    waiting_.test([&](std::size_t number, const EdgeTriangle& pair, float gap) {
+      const Origin& origin = origins_[number];
+      constexpr double down = 1.0 - 1e-6;  // for the rounding to float
+      const double reach = down * (static_cast<double>(origin.moved) + static_cast<double>(gap));
+      const float apart = gap > 0.0F ? static_cast<float>(reach) : 0.0F;
+      near_.apart[origin.place] = apart;
+      *origin.apart = std::min(*origin.apart, apart);
+      if (gap <= 0.0F && (gap < 0.0F || meet(pair)) && !is_folded(frame_, pair)) found_.push_back(pair);
+    });
+  }
+
+ private:
+  static constexpr std::size_t most_at_once = 64;
+  /// Where a waiting pair is from.
+  struct Origin {
+    std::size_t place;  ///< in the lists
+    float moved;        ///< by its clusters, m
+    float* apart;       ///< of its group
+  };
+  [[nodiscard]] bool meet(const EdgeTriangle& pair) const {
+    const Edge& ends = at(frame_.bodies.edges(), pair.edge);
+    const std::array<Vec3, 3> x = corners_of(frame_.positions, at(frame_.bodies.triangles(), pair.triangle));
+    return segment_meets_triangle(at(frame_.positions, ends[0]), at(frame_.positions, ends[1]), x[0], x[1],
+                                  x[2]);
+  }
+
+  const Frame& frame_;
+  NearEdges& near_;
+  std::vector<EdgeTriangle>& found_;
+  WaitingPairs waiting_;
+  std::array<Origin, simd::EdgeTrianglePairs::most> origins_;
+};
 
 void EdgeQuery::test_groups(const Frame& frame) {
   testing_.begin(frame.deadline, tasks_.size(), tested_of_chunk);
@@ -183,53 +227,15 @@ void EdgeQuery::test_groups(const Frame& frame) {
   lists_.fill(frame.threads, tasks_.size(), tested_of_chunk,
               [&](std::size_t begin, std::size_t end, std::vector<EdgeTriangle>& found) {
                 if (testing_.skips(begin)) return;
-                FacingClusters facing(frame.facing);
-                for (std::size_t i = begin; i < end; ++i)
-                  if (tasks_[i].is_listed) test(frame, group_of(tasks_[i]), facing, found);
+                Tests tests(frame, near_, found);
+                for (const Task& task : std::span(tasks_).subspan(begin, end - begin)) {
+                  NearPair& pair = pairs_[task.pair];
+                  if (task.is_listed) tests.test(pair.bodies, pair.groups, task.group);
+                }
+                tests.finish();
               });
   make_room(found_, frame.contacts.size());
   lists_.join(found_);
-}
-
-/// Tests the edges of a group that may touch their near triangles.
-void EdgeQuery::test(const Frame& frame, Group& group, FacingClusters& facing,
-                     std::vector<EdgeTriangle>& found) {
-  const std::span<NearEdge> edges = std::span(near_).subspan(group.begin, group.size);
-  const Sides sides(surface_, group.clusters);
-  const double moved = group.validity.moved;
-  // What was listed now has not moved since, so that none is nearer than this.
-  const double nearest = moved > 0.0 ? moved : -1.0;
-  float apart = std::numeric_limits<float>::max();
-  std::array<NearEdge*, 2 * most_edges_of_cluster> tested;
-  std::size_t size = 0;
-  std::bitset<2 * most_edges_of_cluster> is_moved;
-  for (NearEdge& near : edges) {
-    const bool again = !(nearest < static_cast<double>(near.apart));
-    if (!again && near.touching == 0) {
-      apart = std::min(apart, near.apart);
-      continue;
-    }
-    if (frame.has_end_in_contact(sides.edges[near.side][near.place], sides.faced_body[near.side])) {
-      apart = -1.0F;  // it may be without a contact in the next detection
-      continue;
-    }
-    if (again) {
-      if (is_moved.none()) facing.face(group.clusters.first, group.clusters.second);
-      is_moved.set(size);
-      facing.test_again(near);
-    }
-    tested[size++] = &near;
-  }
-  if (is_moved.any()) facing.finish();
-  for (std::size_t i = 0; i < size; ++i) {
-    NearEdge& near = *tested[i];
-    constexpr double down = 1.0 - 1e-6;
-    if (is_moved[i] && near.apart > 0.0F)
-      near.apart = static_cast<float>(down * (moved + static_cast<double>(near.apart)));
-    apart = std::min(apart, near.apart);
-    test_exactly(frame, sides, near, found);
-  }
-  group.apart = apart;
 }
 
 }  // namespace palpate

@@ -19,10 +19,7 @@ double power_of_two(double size) {
 }  // namespace
 
 EdgeQuery::EdgeQuery(const Bodies& bodies)
-    : surface_(bodies),
-      blocks_(surface_, bodies),
-      clusters_(surface_),
-      motions_(surface_, bodies.bodies().size()) {
+    : surface_(bodies), blocks_(surface_, bodies), clusters_(surface_), motions_(surface_, bodies) {
   for (Index b = 0; b < bodies.body_count(); ++b) reach_.push_back(rim_reach(bodies, b));
 }
 
@@ -62,7 +59,7 @@ void EdgeQuery::pair_bodies(const Frame& frame) {
     now.validity.move(motions_.of_bodies(pair.first, pair.second));
   }
   for (const NearPair& gone : pairs_)
-    for (const Group& group : gone.groups) unused_ += group.size;
+    for (const std::uint32_t listed : gone.groups.listed) unused_ += listed;
   pairs_.swap(next_);
 }
 
@@ -73,7 +70,9 @@ void EdgeQuery::pair_clusters(const Frame& frame) {
   for (const std::size_t i : order_) {
     NearPair& pair = pairs_[i];
     if (pair.validity.is_valid()) continue;
-    const double room = pair.validity.renew(most_room(pair));
+    const double room = margin_of_list(pair.validity.usual, most_room(pair));
+    pair.validity.moved = 0.0;
+    pair.validity.room = room;
     const Box common = common_part(grown(motions_.box_of_body(pair.bodies.first), room),
                                    grown(motions_.box_of_body(pair.bodies.second), room));
     unlisted_.push_back({pair.bodies, common, room, static_cast<Index>(i)});
@@ -96,21 +95,21 @@ void EdgeQuery::pair_clusters(const Frame& frame) {
 /// Replaces the groups of a pair; those that remain keep their lists.
 /// \param facing  sorted by clusters
 void EdgeQuery::take_clusters(NearPair& pair, std::span<const ClusterPairs::Found> facing) {
-  groups_.clear();
-  make_room(groups_, facing.size());
-  auto old = pair.groups.begin();
-  for (const ClusterPairs::Found& found : facing) {
-    for (; old != pair.groups.end() && old->clusters < found.clusters; ++old) unused_ += old->size;
-    if (old != pair.groups.end() && old->clusters == found.clusters) {
-      groups_.push_back(*old++);
+  groups_.resize(facing.size());
+  ClusterGroups& old = pair.groups;
+  std::size_t row = 0;
+  for (std::size_t i = 0; i < facing.size(); ++i) {
+    const IndexPair& clusters = facing[i].clusters;
+    for (; row < old.size() && old.clusters(row) < clusters; ++row) unused_ += old.listed[row];
+    if (row < old.size() && old.clusters(row) == clusters) {
+      groups_.set(i, old, row++);
     } else {
-      groups_.emplace_back().clusters = found.clusters;
+      groups_.set(i, clusters);
     }
   }
-  for (; old != pair.groups.end(); ++old) unused_ += old->size;
-  make_room(pair.groups, groups_.size());
-  pair.groups.assign(groups_.begin(), groups_.end());
-  if (pair.first >= groups_.size()) pair.first = 0;
+  for (; row < old.size(); ++row) unused_ += old.listed[row];
+  old.copy(groups_);
+  if (pair.first >= old.size()) pair.first = 0;
 }
 
 void EdgeQuery::find(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
@@ -126,7 +125,7 @@ void EdgeQuery::find(const parallel::Threads& threads, const Bodies& bodies, std
                     may_touch,
                     contacts,
                     deadline,
-                    {surface_, blocks_, positions, motions_.boxes(), unit}};
+                    {bodies, surface_, blocks_, positions, motions_.boxes(), unit}};
   pair_bodies(frame);
   order_pairs();
   pair_clusters(frame);

@@ -13,18 +13,13 @@
 #include "contact/cluster_pairs.hpp"
 #include "contact/contact_table.hpp"
 #include "contact/deadline.hpp"
+#include "contact/near_columns.hpp"
 #include "contact/near_edges.hpp"
 #include "contact/pair_filter.hpp"
 #include "contact/surface_clusters.hpp"
 #include "parallel/parallel.hpp"
 
 namespace palpate {
-
-/// A surface edge, and a surface triangle that has no common point with it in the mesh.
-struct EdgeTriangle {
-  Index edge;
-  Index triangle;
-};
 
 /// Work of a search with a deadline, in pairs of clusters.
 struct EdgeWork {
@@ -40,7 +35,7 @@ struct EdgeWork {
 /// What is near is stored at two levels, each with a margin for later detections. Two bodies have a list of
 /// the pairs of their surface clusters, valid until the bodies have moved relative to each other by its
 /// margin. Each pair of clusters has a list of edges with their near triangles, valid until the two clusters
-/// have. An edge of this list at some distance is tested again only when the clusters may have closed it. The
+/// have. A pair of this list at some distance is tested again only when the clusters may have closed it. The
 /// relative motion between two detections is bounded by the boxes of the displacements of points, so a common
 /// motion counts as none. Lists affect the time, never the result.
 ///
@@ -62,8 +57,8 @@ class EdgeQuery {
 
  private:
   struct Frame;
-  struct Sides;
-  /// The relative motion of two bodies, or of two clusters, and what a list of them is valid for.
+  class Tests;
+  /// The relative motion of two bodies, and what a list of their clusters is valid for.
   struct Validity {
     double usual = 0.0;  ///< relative motion per detection: the last, or half of the one before, m
     double moved = 0.0;  ///< bound of the relative motion since it was listed, m
@@ -74,21 +69,11 @@ class EdgeQuery {
       moved = rounding * (moved + by);
     }
     [[nodiscard]] bool is_valid() const { return moved <= room; }
-    /// Call before a new list: chooses its margin, and returns it.
-    double renew(double most);
-  };
-  /// Two clusters that may be near each other, and `size` near edges from `begin` on.
-  struct Group {
-    IndexPair clusters;
-    std::size_t begin = 0;
-    std::size_t size = 0;
-    Validity validity;
-    float apart = 0.0F;  ///< motion up to which no edge must be tested again or may touch, m
   };
   struct NearPair {
     IndexPair bodies;
     Validity validity;
-    std::vector<Group> groups;  ///< sorted by clusters
+    ClusterGroups groups;  ///< sorted by clusters
     // With a deadline:
     std::size_t first = 0;   ///< group with which the search begins
     bool has_found = false;  ///< in the last search
@@ -101,6 +86,7 @@ class EdgeQuery {
     std::size_t group;
     bool is_listed;  ///< its list is valid
   };
+  [[nodiscard]] static double margin_of_list(double usual, double most);
   void pair_bodies(const Frame& frame);
   void pair_clusters(const Frame& frame);
   void take_clusters(NearPair& pair, std::span<const ClusterPairs::Found> facing);
@@ -108,15 +94,11 @@ class EdgeQuery {
   void choose(std::size_t number, const std::pair<std::size_t, std::size_t>& places,
               std::vector<Task>& tasks);
   void list_groups(const Frame& frame);
-  void list(const NearPair& pair, Group& group, FacingClusters& facing, std::vector<NearEdge>& found) const;
+  void list(const Task& task, FacingClusters& facing, std::vector<NearEdge>& found);
   void take_lists();
   void drop_unused();
   void test_groups(const Frame& frame);
-  void test(const Frame& frame, Group& group, FacingClusters& facing, std::vector<EdgeTriangle>& found);
-  [[nodiscard]] static bool is_folded(const Frame& frame, const Edge& ends, Index triangle);
-  static void test_exactly(const Frame& frame, const Sides& sides, const NearEdge& near,
-                           std::vector<EdgeTriangle>& found);
-  [[nodiscard]] Group& group_of(const Task& task) { return pairs_[task.pair].groups[task.group]; }
+  [[nodiscard]] static bool is_folded(const Frame& frame, const EdgeTriangle& pair);
   [[nodiscard]] double most_room(const NearPair& pair) const;
 
   void order_pairs();
@@ -134,12 +116,13 @@ class EdgeQuery {
   std::vector<NearPair> next_;          ///< scratch
   std::vector<IndexPair> body_pairs_;   ///< those of pairs_
   std::vector<FacingBodies> unlisted_;  ///< pairs without a valid list
-  std::vector<Group> groups_;           ///< scratch
+  ClusterGroups groups_;                ///< scratch
   std::vector<std::size_t> order_;      ///< (n_pairs) of the search
   std::vector<std::size_t> begin_;      ///< (n_pairs + 1) of their groups, in that order
-  std::vector<NearEdge> near_;          ///< of all groups
-  std::vector<NearEdge> kept_;          ///< scratch
+  NearEdges near_;                      ///< of all groups
+  NearEdges kept_;                      ///< scratch
   std::size_t unused_ = 0;              ///< items of near_
+  std::size_t longest_list_ = 0;        ///< room for the lists of a chunk
   bool is_timed_ = false;               ///< there is a deadline
   std::vector<Task> tasks_;             ///< in the order of the search
   std::vector<std::size_t> to_list_;    ///< numbers of tasks

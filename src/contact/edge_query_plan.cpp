@@ -14,7 +14,7 @@ namespace {
 /// Number of detections like the last one for which a list has a margin.
 constexpr double detections = 30.0;
 /// Least number of detections that a margin must cover; what moves faster is listed each time.
-constexpr double fewest_detections = 3.0;
+constexpr double fewest_detections = 1.0;
 /// The smallest margin of a list, over the largest one.
 constexpr double least_room = 1e-3;
 /// The largest margin of a list of clusters, over the sum of the reaches of both bodies.
@@ -22,10 +22,11 @@ constexpr double room_of_clusters = 2.0;
 
 }  // namespace
 
-double EdgeQuery::Validity::renew(double most) {
-  moved = 0.0;
-  room = fewest_detections * usual > most ? 0.0 : std::clamp(detections * usual, least_room * most, most);
-  return room;
+/// \param usual  relative motion per detection, m
+/// \param most   the largest margin, m
+double EdgeQuery::margin_of_list(double usual, double most) {
+  if (fewest_detections * usual > most) return 0.0;
+  return std::clamp(detections * usual, least_room * most, most);
 }
 
 double EdgeQuery::most_room(const NearPair& pair) const {

@@ -24,6 +24,7 @@ EdgeBlocks::EdgeBlocks(const SurfaceClusters& surface, const Bodies& bodies) {
   }
 }
 
+/// Reads the points of two clusters; those of the first one only if it is another one than before.
 void FacingClusters::face(Index first, Index second) {
   const Box& a = at(frame_.boxes, first);
   const Box& b = at(frame_.boxes, second);
@@ -36,13 +37,12 @@ void FacingClusters::face(Index first, Index second) {
   read_points(1);
   const std::vector<Cluster>& clusters = frame_.surface.clusters.clusters;
   of_one_body_ = at(clusters, first).body == at(clusters, second).body;
-  // No coordinate is larger than `extent`. In units in its last place, a distance along a direction has an
-  // error of at most 35 by its two projections and 20 by its division and root.
+  // No coordinate is larger than `extent`.
   const double extent = std::max(largest({a.lower - origin_, a.upper - origin_}),
                                  largest({b.lower - origin_, b.upper - origin_}));
-  const double rounding = 4e-6 * extent;
-  constexpr float of_underflow = std::numeric_limits<float>::min();
-  rounding_ = static_cast<float>(rounding / frame_.unit) + of_underflow;
+  constexpr double rounding = 4e-6;
+  constexpr double of_underflow = std::numeric_limits<float>::min();
+  within_ = static_cast<float>((1.0 + 1e-6) * (margin_ + rounding * extent) / frame_.unit + of_underflow);
 }
 
 void FacingClusters::read_points(std::size_t side) {
@@ -75,13 +75,12 @@ void FacingClusters::find_common_points() {
 }
 
 /// Finds where the two surfaces can be within the margin; false where that is nowhere.
-bool FacingClusters::find_common_part(double margin) {
+bool FacingClusters::find_common_part() {
   const Box& a = at(frame_.boxes, clusters_[0]);
   const Box& b = at(frame_.boxes, clusters_[1]);
   const double scale = 1.0 / frame_.unit;
-  margin_ = static_cast<float>(scale * margin) * (1.0F + 1e-6F);
   // Half of the margin for each of both boxes, and half for the primitive that must meet their common part.
-  const double more = static_cast<double>(margin_) + static_cast<double>(rounding_);
+  const auto more = static_cast<double>(within_);
   const Box common = common_part(a, b);
   const Vec3 lower = scale * (common.lower - origin_) - Vec3{more, more, more};
   const Vec3 upper = scale * (common.upper - origin_) + Vec3{more, more, more};
@@ -98,7 +97,7 @@ std::uint32_t FacingClusters::place_triangles(std::size_t side) {
   const std::uint32_t facing =
       simd::place_meeting(points_[1 - side], cluster, around_, triangles_, of_facing_) &
       ((1U << cluster.size) - 1U);
-  const float more = (1.0F + 1e-6F) * (margin_ + rounding_);
+  const float more = (1.0F + 1e-6F) * within_;
   for (std::size_t k = 0; k < 3; ++k) {
     of_facing_.lower[k] = std::max(of_facing_.lower[k] - more, around_.lower[k]);
     of_facing_.upper[k] = std::min(of_facing_.upper[k] + more, around_.upper[k]);
@@ -127,73 +126,43 @@ void FacingClusters::choose_triangles(std::size_t side, std::size_t block, std::
   }
 }
 
-void FacingClusters::list(double margin, std::vector<NearEdge>& found) {
-  if (!find_common_part(margin)) return;
+void FacingClusters::list(Index first, Index second, double margin, std::vector<NearEdge>& found) {
+  margin_ = margin;
+  face(first, second);
+  if (!find_common_part()) return;
   if (of_one_body_) find_common_points();
-  const std::size_t sides = clusters_[0] == clusters_[1] ? 1 : 2;
+  const std::size_t sides = first == second ? 1 : 2;
   for (std::size_t side = 0; side < sides; ++side) list_side(side, found);
+  test_waiting(found);
 }
 
 void FacingClusters::list_side(std::size_t side, std::vector<NearEdge>& found) {
   const std::uint32_t facing = place_triangles(side);
   if (facing == 0) return;
+  const Clusters& all = frame_.surface.clusters;
+  const Index* const triangles = all.primitives_of(at(all.clusters, clusters_[1 - side])).data();
+  const Index* const edges = frame_.surface.edges[clusters_[side]].data();
   const std::size_t blocks = frame_.blocks.of(clusters_[side]).size();
   for (std::size_t block = 0; block < blocks; ++block) {
     const std::uint32_t here = place_edges(side, block);
     if (here == 0) continue;
     choose_triangles(side, block, facing);
-    std::array<NearEdge, lanes> edges;
-    std::size_t size = 0;
-    std::uint32_t left = simd::keep_within(margin_ + rounding_, segments_, here, triangles_, wanted_);
+    std::uint32_t left = simd::keep_within(within_, segments_, here, triangles_, wanted_);
     for (; left != 0; left &= left - 1) {
       const auto lane = static_cast<std::size_t>(std::countr_zero(left));
-      edges[size] = {static_cast<std::uint8_t>(side), static_cast<std::uint8_t>(lanes * block + lane), 0, 0,
-                     0.0F};
-      add_pairs(edges[size++], wanted_[lane]);
+      const Index edge = edges[lanes * block + lane];
+      if (!waiting_.has_room(lanes)) test_waiting(found);
+      for (std::uint32_t near = wanted_[lane]; near != 0; near &= near - 1)
+        waiting_.add(edge, triangles[static_cast<std::size_t>(std::countr_zero(near))]);
     }
-    test_pairs();
-    for (std::size_t i = 0; i < size; ++i)
-      if (edges[i].near != 0) found.push_back(edges[i]);
   }
 }
 
-void FacingClusters::add_pairs(NearEdge& edge, std::uint32_t triangles) {
-  edge.touching = 0;
-  edge.apart = std::numeric_limits<float>::max();
-  const std::size_t block = edge.place / lanes;
-  const std::size_t lane = edge.place % lanes;
-  const simd::CornerPlaces<2>& ends = frame_.blocks.of(clusters_[edge.side])[block];
-  const Cluster& facing = at(frame_.surface.clusters.clusters, clusters_[1U - edge.side]);
-  for (; triangles != 0; triangles &= triangles - 1) {
-    if (waiting_ == lanes) test_pairs();
-    const auto triangle = static_cast<std::size_t>(std::countr_zero(triangles));
-    for (std::size_t i = 0; i < 2; ++i) pairs_.segment[i][waiting_] = ends[i][lane];
-    for (std::size_t i = 0; i < 3; ++i) pairs_.triangle[i][waiting_] = facing.corners[i][triangle];
-    edge_of_pair_[waiting_] = &edge;
-    triangle_of_pair_[waiting_++] = static_cast<std::uint16_t>(1U << triangle);
-  }
-}
-
-void FacingClusters::test_pairs() {
-  if (waiting_ == 0) return;
-  const std::size_t side = edge_of_pair_[0]->side;
-  simd::find_gaps(points_[side], points_[1 - side], waiting_, pairs_);
-  const double unit = (1.0 - 1e-6) * frame_.unit;  // for the rounding to float
-  for (std::size_t i = 0; i < waiting_; ++i) {
-    const float gap = pairs_.gap[i] - rounding_;
-    if (gap > margin_) continue;
-    NearEdge& edge = *edge_of_pair_[i];
-    edge.near |= triangle_of_pair_[i];
-    if (gap <= 0.0F) edge.touching |= triangle_of_pair_[i];
-    edge.apart = std::min(edge.apart, std::max(0.0F, static_cast<float>(unit * static_cast<double>(gap))));
-  }
-  waiting_ = 0;
-}
-
-void FacingClusters::test_again(NearEdge& edge) {
-  if (waiting_ > 0 && edge_of_pair_[0]->side != edge.side) test_pairs();
-  margin_ = std::numeric_limits<float>::infinity();
-  add_pairs(edge, edge.near);
+void FacingClusters::test_waiting(std::vector<NearEdge>& found) {
+  const auto margin = static_cast<float>((1.0 + 1e-6) * margin_);
+  waiting_.test([&](std::size_t, const EdgeTriangle& pair, float gap) {
+    if (!(gap > margin)) found.push_back({pair, std::max(0.0F, gap)});
+  });
 }
 
 }  // namespace palpate

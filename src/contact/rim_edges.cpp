@@ -35,6 +35,7 @@ bool RimEdgeSearch::find(const Frame& frame, Index c, Index edge, RimEdge& found
                       .d = normalized(at(frame.positions, ends[1]) - a),
                       .ends = ends,
                       .outward = outward_of_edge(frame.bodies, frame.positions, edge),
+                      .is_own = frame.bodies.body_of(ends) == at(contacts.body, c),
                       .slack = frame.reach};
   const bool is_link = found.contacts[0] >= 0 && found.contacts[1] >= 0;
   if (!(is_link ? find_link(frame, line, found) : find_border(frame, c, line, found))) return false;

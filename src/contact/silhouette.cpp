@@ -16,20 +16,6 @@ Vec3 across(const Vec3& a, const Vec3& d) {
   return a - dot(a, d) * d;
 }
 
-/// Displacement from the line to an edge of a triangle, as seen along the line; `third` is the triangle's
-/// other corner. All points are relative to the line and projected across it.
-LineExit exit_over(const Vec3& a, const Vec3& b, const Vec3& third) {
-  const Vec3 ab = b - a;
-  const double l2 = squared_length(ab);
-  const double t = l2 > 0.0 ? std::clamp(-dot(a, ab) / l2, 0.0, 1.0) : 0.0;
-  const Vec3 offset = a + t * ab;
-  const double distance = length(offset);
-  if (distance * distance > at_side * at_side * l2) return {distance, (1.0 / distance) * offset};
-  const Vec3 inward = third - a;
-  const Vec3 outward = l2 > 0.0 ? (dot(inward, ab) / l2) * ab - inward : -inward;
-  return {distance, normalized(outward)};
-}
-
 bool has_end(const Triangle& triangle, const Edge& edge) {
   return std::ranges::any_of(triangle, [&](Index p) { return p == edge[0] || p == edge[1]; });
 }
@@ -40,26 +26,53 @@ bool SilhouetteSearch::has_reached(Index triangle) const {
   return std::ranges::find(reached_, triangle) != reached_.end();
 }
 
+/// Sets the sides of a triangle.
+void SilhouetteSearch::find_sides(const Bodies& bodies, std::span<const Vec3> positions, const EdgeLine& line,
+                                  Index triangle) {
+  const Triangle& corners = at(bodies.triangles(), triangle);
+  const std::array<Index, 3>& neighbors = at(bodies.triangle_neighbors(), triangle);
+  for (std::size_t i = 0; i < 3; ++i) {
+    sides_.from[i] = corners[(i + 1) % 3];
+    sides_.to[i] = corners[(i + 2) % 3];
+    const Triangle& beyond = at(bodies.triangles(), std::max(0, neighbors[i]));
+    for (std::size_t k = 0; k < 3; ++k) sides_.neighbor[k][i] = beyond[k];
+  }
+  simd::find_sides(positions.data(), line.x, line.d, sides_);
+}
+
+/// Direction of the exit over a side. A line that is nearly at the side leaves across it.
+Vec3 SilhouetteSearch::direction_over(std::span<const Vec3> positions, const EdgeLine& line, std::size_t side,
+                                      Index third) const {
+  const double distance = sides_.distance[side];
+  const double l2 = sides_.length2[side];
+  if (distance * distance > at_side * at_side * l2)
+    return (1.0 / distance) * Vec3{sides_.x[side], sides_.y[side], sides_.z[side]};
+  const Vec3 a = across(at(positions, sides_.from[side]) - line.x, line.d);
+  const Vec3 ab = across(at(positions, sides_.to[side]) - line.x, line.d) - a;
+  const Vec3 inward = across(at(positions, third) - line.x, line.d) - a;
+  const Vec3 outward = l2 > 0.0 ? (dot(inward, ab) / l2) * ab - inward : -inward;
+  return normalized(outward);
+}
+
 void SilhouetteSearch::look_at(const Bodies& bodies, std::span<const Vec3> positions, const EdgeLine& line,
                                const Reached& here, Best& best) {
   const Triangle& corners = at(bodies.triangles(), here.triangle);
-  std::array<Vec3, 3> places;
-  for (std::size_t i = 0; i < 3; ++i) places[i] = across(at(positions, corners[i]) - line.x, line.d);
+  const std::array<Index, 3>& neighbors = at(bodies.triangle_neighbors(), here.triangle);
+  find_sides(bodies, positions, line, here.triangle);
   for (std::size_t i = 0; i < 3; ++i) {
-    const Index other = at(bodies.triangle_neighbors(), here.triangle)[i];
-    if (other >= 0 && other == here.from) continue;
-    const LineExit exit = exit_over(places[(i + 1) % 3], places[(i + 2) % 3], places[i]);
-    if (exit.distance >= best.bound) continue;
+    const Index other = neighbors[i];
+    const double distance = sides_.distance[i];
+    if ((other >= 0 && other == here.from) || distance >= best.bound) continue;
     // A line of the same body: an exit to the surface at the edge itself is none.
-    if (other >= 0 && has_end(at(bodies.triangles(), other), line.ends)) continue;
-    const bool goes_on =
-        other >= 0 && (dot(area_vector(positions, at(bodies.triangles(), other)), line.d) > 0.0) == ahead_;
+    if (line.is_own && other >= 0 && has_end(at(bodies.triangles(), other), line.ends)) continue;
+    const bool goes_on = other >= 0 && (sides_.facing[i] > 0.0) == ahead_;
     if (!goes_on) {
-      const double bound = exit.distance + line.allowance(exit.direction);
-      if (bound < best.bound) best = {exit, bound};
+      const Vec3 direction = direction_over(positions, line, i, corners[i]);
+      const double bound = distance + line.allowance(direction);
+      if (bound < best.bound) best = {{distance, direction}, bound};
     } else if (!has_reached(other)) {
       reached_.push_back(other);
-      heap_.push_back({exit.distance, other, here.triangle});
+      heap_.push_back({distance, other, here.triangle});
       std::ranges::push_heap(heap_, std::greater{}, &Reached::distance);
     }
   }
@@ -69,8 +82,11 @@ LineExit SilhouetteSearch::nearest(const Bodies& bodies, std::span<const Vec3> p
                                    const EdgeLine& line, double limit) {
   ahead_ = dot(area_vector(positions, at(bodies.triangles(), triangle)), line.d) > 0.0;
   Best best{{}, limit};
-  heap_.assign(1, {0.0, triangle, -1});
-  reached_.assign(1, triangle);
+  if (limit <= 0.0) return best.exit;
+  heap_.clear();
+  reached_.clear();
+  reached_.push_back(triangle);
+  look_at(bodies, positions, line, {0.0, triangle, -1}, best);
   while (!heap_.empty() && reached_.size() < most_triangles) {
     std::ranges::pop_heap(heap_, std::greater{}, &Reached::distance);
     const Reached here = heap_.back();

@@ -6,6 +6,7 @@
 #include <palpate/mesh.hpp>
 
 #include "geometry/vector.hpp"
+#include "simd/outline_sides.hpp"
 
 namespace palpate {
 
@@ -17,11 +18,12 @@ struct LineExit {
 
 /// A straight line that is an edge of another body, or of another part of the same one.
 struct EdgeLine {
-  Vec3 x;              ///< a point of it
-  Vec3 d;              ///< unit
-  Edge ends;           ///< its points
-  Vec3 outward;        ///< sum of the normals of its body's triangles there
-  double slack = 0.0;  ///< m, see allowance()
+  Vec3 x;               ///< a point of it
+  Vec3 d;               ///< unit
+  Edge ends;            ///< its points
+  Vec3 outward;         ///< sum of the normals of its body's triangles there
+  bool is_own = false;  ///< it is of the body whose silhouette is wanted
+  double slack = 0.0;   ///< m, see allowance()
 
   /// Penalty of an exit along `direction`: `slack` where it does not lead the line's own body
   /// away, since that body lies on the other side.
@@ -64,11 +66,16 @@ class SilhouetteSearch {
   };
   void look_at(const Bodies& bodies, std::span<const Vec3> positions, const EdgeLine& line,
                const Reached& here, Best& best);
+  void find_sides(const Bodies& bodies, std::span<const Vec3> positions, const EdgeLine& line,
+                  Index triangle);
+  [[nodiscard]] Vec3 direction_over(std::span<const Vec3> positions, const EdgeLine& line, std::size_t side,
+                                    Index third) const;
   [[nodiscard]] bool has_reached(Index triangle) const;
 
   bool ahead_ = false;         ///< triangles face along the line
   std::vector<Reached> heap_;  ///< the nearest first
   std::vector<Index> reached_;
+  simd::OutlineSides sides_;
 };
 
 }  // namespace palpate

@@ -117,6 +117,8 @@ class ChunkedList {
     joined.clear();
     append(joined, used_);
   }
+  /// The list of a chunk of the last fill().
+  [[nodiscard]] std::span<const T> list(std::size_t chunk) const { return lists_[chunk]; }
   /// Appends the lists of the first so many chunks, in their order.
   void append(std::vector<T>& joined, std::size_t chunks) const {
     std::size_t total = joined.size();

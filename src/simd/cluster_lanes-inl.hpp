@@ -74,6 +74,24 @@ HWY_INLINE std::size_t store_kept(Int numbers, hn::Mask<Ints> keep, std::int32_t
   return static_cast<std::size_t>(std::popcount(bits));
 }
 
+/// The first `size` numbers, or as many as there are lanes; zeros after them. Reads nothing beyond, and needs
+/// no alignment (MaskedLoad does without AVX).
+template <class D, class T>
+HWY_INLINE hn::Vec<D> load_some(D d, const T* from, std::size_t size) {
+  if (size >= lanes()) return hn::LoadU(d, from);
+  alignas(64) T some[lanes()] = {};
+  for (std::size_t i = 0; i < size; ++i) some[i] = from[i];
+  return hn::Load(d, some);
+}
+/// Stores the first `size` numbers, or as many as there are lanes.
+template <class D, class T>
+HWY_INLINE void store_some(hn::Vec<D> numbers, D d, T* to, std::size_t size) {
+  if (size >= lanes()) return hn::StoreU(numbers, d, to);
+  alignas(64) T some[lanes()];
+  hn::Store(numbers, d, some);
+  for (std::size_t i = 0; i < size; ++i) to[i] = some[i];
+}
+
 /// Negative in the lanes whose number is not in [lower, upper].
 HWY_INLINE Int outside(Int number, Int lower, Int upper) {
   return hn::Or(hn::Sub(number, lower), hn::Sub(upper, number));

@@ -64,11 +64,13 @@ void find_parameters(const Vec3* positions, SegmentsInTriangles& segments, std::
     const auto tells = [&](const Filtered& f) {
       return hn::Lt(f.error, hn::Mul(accuracy, hn::Abs(f.value)));
     };
-    const Double ratio = hn::Div(a.value, hn::Sub(a.value, b.value));
+    const Double passage = hn::Sub(a.value, b.value);
+    const Double ratio = hn::Div(a.value, passage);
     const Double clamped =
         hn::IfThenElse(hn::Lt(ratio, zero), zero, hn::IfThenElse(hn::Lt(one, ratio), one, ratio));
     store(hn::IfThenElse(hn::And(tells(a), tells(b)), clamped, hn::Set(doubles, -1.0)), segments.parameter,
           lane);
+    store(passage, segments.passage, lane);
   }
 }
 

@@ -27,7 +27,11 @@ struct SegmentsInTriangles {
   using Points = std::array<std::int32_t, most>;
   std::array<Points, 2> end{};  ///< index of each point
   std::array<Points, 3> corner{};
-  LaneRow parameter;  ///< output of find_parameters(); -1 where double precision cannot decide
+  // Outputs of find_parameters():
+  LaneRow parameter;  ///< -1 where double precision cannot decide
+  /// Elsewhere the orientation of the triangle's corners with the first end, less that with the second:
+  /// positive where the segment passes against the normal.
+  LaneRow passage;
 };
 
 /// Computes crossing_parameter() of the first `size` lanes, with the same bits, except where it needs exact

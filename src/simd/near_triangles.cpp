@@ -15,13 +15,6 @@ HWY_BEFORE_NAMESPACE();
 namespace palpate::simd::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-HWY_INLINE Float min3(Float a, Float b, Float c) {
-  return hn::Min(a, hn::Min(b, c));
-}
-HWY_INLINE Float max3(Float a, Float b, Float c) {
-  return hn::Max(a, hn::Max(b, c));
-}
-
 HWY_INLINE Float load(const PrimitiveRow& row, std::size_t lane) {
   return hn::Load(floats, row.data() + lane);
 }
@@ -108,64 +101,6 @@ std::uint32_t keep_within(float distance, const BoxLanes& boxes, std::uint32_t w
   return all;
 }
 
-/// A segment (a, b) and a triangle with sides u and v, relative to the triangle's first corner.
-struct SegmentAndTriangle {
-  Vector a;
-  Vector b;
-  Vector u;
-  Vector v;
-};
-
-/// Squared gap between the two along a direction. Zero where they overlap, underflow or overflow.
-HWY_INLINE Float squared_gap(const SegmentAndTriangle& pair, const Vector& direction) {
-  const Float zero = hn::Zero(floats);
-  const Float da = dot(direction, pair.a);
-  const Float db = dot(direction, pair.b);
-  const Float du = dot(direction, pair.u);
-  const Float dv = dot(direction, pair.v);
-  const Float above = hn::Sub(hn::Min(da, db), max3(zero, du, dv));
-  const Float below = hn::Sub(min3(zero, du, dv), hn::Max(da, db));
-  const Float gap = max3(zero, above, below);
-  const Float squared_length = dot(direction, direction);
-  constexpr float smallest = 1e-30F;  // squared length with full precision
-  const Float squared = hn::Div(hn::Mul(gap, gap), squared_length);
-  const auto is_said = hn::And(hn::Gt(squared_length, hn::Set(floats, smallest)),
-                               hn::Le(squared, hn::Set(floats, std::numeric_limits<float>::max())));
-  return hn::IfThenElseZero(is_said, squared);
-}
-
-/// Gap of the boxes along an axis; negative where they overlap.
-HWY_INLINE Float axis_gap(Float x0, Float x1, Float x2, Float a, Float b) {
-  return hn::Max(hn::Sub(min3(x0, x1, x2), hn::Max(a, b)), hn::Sub(hn::Min(a, b), max3(x0, x1, x2)));
-}
-
-HWY_INLINE Vector corner_at(const LocalPoints& points,
-                            const std::array<std::uint8_t, Cluster::most_primitives>& places,
-                            std::size_t lane) {
-  const Int place = load(places, lane);
-  return {pick(points, 0, place), pick(points, 1, place), pick(points, 2, place)};
-}
-
-void find_gaps(const LocalPoints& of_segments, const LocalPoints& of_triangles, std::size_t size,
-               SegmentTrianglePairs& pairs) {
-  for (std::size_t lane = 0; lane < size; lane += lanes()) {
-    const Vector a = corner_at(of_segments, pairs.segment[0], lane);
-    const Vector b = corner_at(of_segments, pairs.segment[1], lane);
-    const Vector x0 = corner_at(of_triangles, pairs.triangle[0], lane);
-    const Vector x1 = corner_at(of_triangles, pairs.triangle[1], lane);
-    const Vector x2 = corner_at(of_triangles, pairs.triangle[2], lane);
-    const Float of_boxes = max3(axis_gap(x0.x, x1.x, x2.x, a.x, b.x), axis_gap(x0.y, x1.y, x2.y, a.y, b.y),
-                                axis_gap(x0.z, x1.z, x2.z, a.z, b.z));
-    const SegmentAndTriangle pair{difference(a, x0), difference(b, x0), difference(x1, x0),
-                                  difference(x2, x0)};
-    const Vector along = difference(b, a);
-    const Float of_normal = squared_gap(pair, cross(pair.u, pair.v));
-    const Float most = max3(squared_gap(pair, cross(along, pair.u)), squared_gap(pair, cross(along, pair.v)),
-                            squared_gap(pair, cross(along, difference(pair.v, pair.u))));
-    hn::Store(hn::Max(of_boxes, hn::Sqrt(hn::Max(of_normal, most))), floats, pairs.gap.data() + lane);
-  }
-}
-
 }  // namespace palpate::simd::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
@@ -175,7 +110,6 @@ namespace palpate::simd {
 HWY_EXPORT(place_segments);
 HWY_EXPORT(place_triangles);
 HWY_EXPORT(keep_within);
-HWY_EXPORT(find_gaps);
 
 std::uint32_t place_meeting(const LocalPoints& points, const CornerPlaces<2>& places, const FloatBox& box,
                             BoxLanes& segments) {
@@ -188,10 +122,6 @@ std::uint32_t place_meeting(const LocalPoints& points, const Cluster& cluster, c
 std::uint32_t keep_within(float distance, const BoxLanes& boxes, std::uint32_t which, const BoxLanes& others,
                           std::array<std::uint16_t, Cluster::most_primitives>& others_of) {
   return HWY_DYNAMIC_DISPATCH(keep_within)(distance, boxes, which, others, others_of);
-}
-void find_gaps(const LocalPoints& of_segments, const LocalPoints& of_triangles, std::size_t size,
-               SegmentTrianglePairs& pairs) {
-  HWY_DYNAMIC_DISPATCH(find_gaps)(of_segments, of_triangles, size, pairs);
 }
 
 }  // namespace palpate::simd

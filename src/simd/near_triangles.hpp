@@ -40,17 +40,4 @@ std::uint32_t place_meeting(const LocalPoints& points, const Cluster& cluster, c
 std::uint32_t keep_within(float distance, const BoxLanes& boxes, std::uint32_t which, const BoxLanes& others,
                           std::array<std::uint16_t, Cluster::most_primitives>& others_of);
 
-/// Pairs of a segment and a triangle, one per lane.
-struct SegmentTrianglePairs {
-  // Whole vectors are read, so each lane must have a place.
-  CornerPlaces<2> segment{};
-  CornerPlaces<3> triangle{};
-  alignas(64) PrimitiveRow gap;  ///< output of find_gaps()
-};
-/// Finds lower bounds of the distances of the first `size` pairs: the gap of their boxes, and the gaps along
-/// four directions (the triangle's normal, and the cross products of the segment and each side). Lanes beyond
-/// may change.
-void find_gaps(const LocalPoints& of_segments, const LocalPoints& of_triangles, std::size_t size,
-               SegmentTrianglePairs& pairs);
-
 }  // namespace palpate::simd

@@ -1,0 +1,139 @@
+// Stores the positions of all detections in the first steps of a scene, and detects them again, in one thread
+// and with AVX2, so that callgrind counts the instructions of detections and nothing else.
+//
+// Usage: palpate-bench-detections record STEPS SCENE FILE [CHANGE...]
+//        palpate-bench-detections with|without SCENE FILE [CHANGE...]
+// The second form detects with or without edge contacts. It prints how many detections there were, and a hash
+// of all edge contacts. callgrind writes its counts of the first detection, which also chooses the size of
+// cells, to a file of its own. Called by bench/edges_cost.py, with --instr-atstart=no and
+// --collect-atstart=no.
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <hwy/targets.h>
+#include <ios>
+#include <iostream>
+#include <span>
+#include <string>
+#include <utility>
+#include <valgrind/callgrind.h>
+#include <vector>
+
+#include <palpate/detection.hpp>
+#include <palpate/error.hpp>
+#include <palpate/io/cell_vectors.hpp>
+#include <palpate/io/mesh_reader.hpp>
+#include <palpate/relax.hpp>
+#include <palpate/simulation.hpp>
+
+#include "measure/section.hpp"
+#include "our_query.hpp"
+#include "scene/load.hpp"
+#include "scene/scene.hpp"
+#include "sim/model_check.hpp"
+#include "sim/state_hash.hpp"
+
+namespace palpate::bench {
+namespace {
+
+using Frames = std::vector<std::vector<Vec3>>;
+
+/// Where positions of detections are stored; null: they are not.
+Frames* recorded = nullptr;
+
+void record(Model model, const Scene& scene, int steps, const std::string& file) {
+  if (scene.relax) relax(model, scene.settings, *scene.relax, 1);
+  Frames frames;
+  recorded = &frames;
+  Simulation simulation(std::move(model), scene.settings, 1);
+  for (int step = 0; step < steps; ++step) simulation.step();
+  recorded = nullptr;
+  std::ofstream out(file, std::ios::binary);
+  for (const std::vector<Vec3>& frame : frames) {
+    out.write(reinterpret_cast<const char*>(frame.data()),
+              static_cast<std::streamsize>(frame.size() * sizeof(Vec3)));
+  }
+  if (!out.flush()) throw Error(file, "", "no room", "positions written");
+  std::cout << frames.size() << " detections\n";
+}
+
+std::uint64_t hash_of(const EdgeContacts& contacts, std::uint64_t hash) {
+  const auto add = [&](const auto& values) { hash = fnv1a(std::as_bytes(std::span(values)), hash); };
+  add(contacts.edge);
+  add(contacts.body);
+  add(contacts.triangles);
+  add(contacts.parameters);
+  add(contacts.depth);
+  add(contacts.direction);
+  return hash;
+}
+
+void detect(const Model& model, const DetectionSettings& settings, const std::string& file) {
+  Detector detector(model.bodies, settings, rigid_bodies(model), 1);
+  std::vector<Vec3> positions(model.bodies.points_rest().size());
+  std::ifstream in(file, std::ios::binary);
+  std::uint64_t hash = fnv1a({});
+  int frames = 0;
+  CALLGRIND_START_INSTRUMENTATION;
+  while (in.read(reinterpret_cast<char*>(positions.data()),
+                 static_cast<std::streamsize>(positions.size() * sizeof(Vec3)))) {
+    CALLGRIND_TOGGLE_COLLECT;
+    detector.detect(positions);
+    CALLGRIND_TOGGLE_COLLECT;
+    if (++frames == 1) CALLGRIND_DUMP_STATS;
+    hash = hash_of(detector.edge_contacts(), hash);
+  }
+  std::cout << frames << " detections, hash of edge contacts " << measure::hash_text(hash) << '\n';
+}
+
+/// Does what is asked for; false where the usage is wrong.
+bool run(std::span<const std::string> words) {
+  const std::string mode = words.empty() ? "" : words[0];
+  const bool records = mode == "record";
+  const std::size_t first = records ? 2 : 1;
+  if ((!records && mode != "with" && mode != "without") || words.size() < first + 2) return false;
+  const Scene scene = read_scene(words[first], words.subspan(first + 2));
+  Model model = load_model(
+      scene, [](const std::filesystem::path& path) { return io::read_mesh(path).mesh; }, io::read_cell_data);
+  if (records) {
+    record(std::move(model), scene, std::stoi(words[1]), words[first + 1]);
+    return true;
+  }
+  const ForcedTarget avx2(HWY_AVX2);
+  DetectionSettings settings = scene.settings.detection;
+  settings.edge_contacts = mode == "with";
+  detect(model, settings, words[first + 1]);
+  return true;
+}
+
+}  // namespace
+}  // namespace palpate::bench
+
+// The linker leads calls of Detector::detect(positions, fraction) here (--wrap), by these names.
+// NOLINTBEGIN(bugprone-reserved-identifier,readability-identifier-naming)
+extern "C" {
+void __real__ZN7palpate8Detector6detectESt4spanIKNS_4Vec3ELm18446744073709551615EEd(
+    palpate::Detector*, std::span<const palpate::Vec3>, double);
+void __wrap__ZN7palpate8Detector6detectESt4spanIKNS_4Vec3ELm18446744073709551615EEd(
+    palpate::Detector* detector, std::span<const palpate::Vec3> positions, double fraction) {
+  if (palpate::bench::recorded != nullptr)
+    palpate::bench::recorded->emplace_back(positions.begin(), positions.end());
+  __real__ZN7palpate8Detector6detectESt4spanIKNS_4Vec3ELm18446744073709551615EEd(detector, positions,
+                                                                                 fraction);
+}
+}
+// NOLINTEND(bugprone-reserved-identifier,readability-identifier-naming)
+
+int main(int argc, char** argv) {
+  const std::vector<std::string> words(argv + 1, argv + argc);
+  try {
+    if (palpate::bench::run(words)) return 0;
+  } catch (const palpate::Error& error) {
+    std::cerr << error.what() << '\n';
+    return 1;
+  }
+  std::cerr << "usage: palpate-bench-detections record STEPS SCENE FILE [CHANGE...]\n"
+               "       palpate-bench-detections with|without SCENE FILE [CHANGE...]\n";
+  return 2;
+}

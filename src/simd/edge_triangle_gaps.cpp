@@ -1,0 +1,192 @@
+#include "simd/edge_triangle_gaps.hpp"
+
+#include <limits>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "simd/edge_triangle_gaps.cpp"
+#include <hwy/foreach_target.h>
+// Highway needs its own header after foreach_target.h.
+#include <hwy/highway.h>
+// Our header is compiled for each target, so it comes after that.
+#include "simd/cluster_lanes-inl.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace palpate::simd::HWY_NAMESPACE {
+namespace {
+
+constexpr float largest = std::numeric_limits<float>::max();
+
+// Positions are read as doubles, a part of the lanes at a time.
+using Places = hn::CappedTag<double, hn::MaxLanes(Floats())>;
+constexpr Places places;
+using Place = hn::Vec<Places>;
+struct PlaceVector {
+  Place x;
+  Place y;
+  Place z;
+};
+
+/// A segment (a, b) and a triangle with sides u and v, relative to the triangle's first corner.
+struct SegmentAndTriangle {
+  Vector a;
+  Vector b;
+  Vector u;
+  Vector v;
+};
+/// The same in memory: the coordinates of a, b, u, v.
+struct LocalRows {
+  alignas(64) std::array<std::array<float, hn::MaxLanes(Floats())>, 12> row;
+};
+
+/// Number k of each of these items of `size` numbers.
+template <std::size_t size>
+HWY_INLINE auto number_of(const std::array<Index, size>* items, const Index* which, std::size_t k) {
+  const hn::Rebind<std::int32_t, Places> some;
+  auto place = hn::LoadU(some, which);
+  if constexpr (size == 2) {
+    place = hn::ShiftLeft<1>(place);
+  } else {
+    place = hn::Add(place, hn::ShiftLeft<1>(place));
+  }
+  return hn::GatherIndex(some, items->data() + k, place);
+}
+HWY_INLINE PlaceVector place_of(const Vec3* positions, hn::Vec<hn::Rebind<std::int32_t, Places>> point) {
+  const hn::RebindToSigned<Places> wide;
+  const auto index = hn::PromoteTo(wide, point);
+  const auto place = hn::Add(index, hn::ShiftLeft<1>(index));  // in numbers
+  return {hn::GatherIndex(places, &positions->x, place), hn::GatherIndex(places, &positions->y, place),
+          hn::GatherIndex(places, &positions->z, place)};
+}
+HWY_INLINE void put(const PlaceVector& point, const PlaceVector& origin, Place scale, std::size_t lane,
+                    std::size_t row, LocalRows& rows) {
+  const hn::Rebind<float, Places> some;
+  const auto local = [&](Place x, Place from)
+                         HWY_ATTR { return hn::DemoteTo(some, hn::Mul(scale, hn::Sub(x, from))); };
+  hn::StoreU(local(point.x, origin.x), some, rows.row[row].data() + lane);
+  hn::StoreU(local(point.y, origin.y), some, rows.row[row + 1].data() + lane);
+  hn::StoreU(local(point.z, origin.z), some, rows.row[row + 2].data() + lane);
+}
+HWY_INLINE Vector vector_of(const LocalRows& rows, std::size_t row) {
+  return {hn::Load(floats, rows.row[row].data()), hn::Load(floats, rows.row[row + 1].data()),
+          hn::Load(floats, rows.row[row + 2].data())};
+}
+HWY_INLINE SegmentAndTriangle read(const EdgesAndTriangles& s, double scale, const Index* edge,
+                                   const Index* triangle, LocalRows& rows) {
+  const Place factor = hn::Set(places, scale);
+  for (std::size_t lane = 0; lane < lanes(); lane += hn::MaxLanes(places)) {
+    const PlaceVector origin = place_of(s.positions, number_of(s.triangles, triangle + lane, 0));
+    put(place_of(s.positions, number_of(s.edges, edge + lane, 0)), origin, factor, lane, 0, rows);
+    put(place_of(s.positions, number_of(s.edges, edge + lane, 1)), origin, factor, lane, 3, rows);
+    put(place_of(s.positions, number_of(s.triangles, triangle + lane, 1)), origin, factor, lane, 6, rows);
+    put(place_of(s.positions, number_of(s.triangles, triangle + lane, 2)), origin, factor, lane, 9, rows);
+  }
+  return {vector_of(rows, 0), vector_of(rows, 3), vector_of(rows, 6), vector_of(rows, 9)};
+}
+
+HWY_INLINE Float min3(Float a, Float b, Float c) {
+  return hn::Min(a, hn::Min(b, c));
+}
+HWY_INLINE Float max3(Float a, Float b, Float c) {
+  return hn::Max(a, hn::Max(b, c));
+}
+
+/// Squared gap between the two along a direction. Zero where they overlap, underflow or overflow.
+HWY_INLINE Float squared_gap(const SegmentAndTriangle& pair, const Vector& direction) {
+  const Float zero = hn::Zero(floats);
+  const Float da = dot(direction, pair.a);
+  const Float db = dot(direction, pair.b);
+  const Float du = dot(direction, pair.u);
+  const Float dv = dot(direction, pair.v);
+  const Float above = hn::Sub(hn::Min(da, db), max3(zero, du, dv));
+  const Float below = hn::Sub(min3(zero, du, dv), hn::Max(da, db));
+  const Float gap = max3(zero, above, below);
+  const Float squared_length = dot(direction, direction);
+  constexpr float smallest = 1e-30F;  // squared length with full precision
+  const Float squared = hn::Div(hn::Mul(gap, gap), squared_length);
+  const auto is_said =
+      hn::And(hn::Gt(squared_length, hn::Set(floats, smallest)), hn::Le(squared, hn::Set(floats, largest)));
+  return hn::IfThenElseZero(is_said, squared);
+}
+
+/// Gap of the boxes along an axis; negative where they overlap.
+HWY_INLINE Float axis_gap(Float a, Float b, Float u, Float v) {
+  const Float zero = hn::Zero(floats);
+  return hn::Max(hn::Sub(min3(zero, u, v), hn::Max(a, b)), hn::Sub(hn::Min(a, b), max3(zero, u, v)));
+}
+
+/// Where the segment surely passes through the inside of the triangle: its ends are on both sides of the
+/// plane, and the segment has the same orientation with regard to all sides.
+/// \param extent  no coordinate is larger
+HWY_INLINE auto surely_meet(const SegmentAndTriangle& pair, const Vector& normal, Float extent) {
+  // The sum of all rounding errors of a volume is below 400 units in the last place of extent^3.
+  constexpr float rounding = 4e-5F;
+  constexpr float smallest = 1e-30F;  // underflows are far below
+  const Float error = hn::Mul(hn::Set(floats, rounding), hn::Mul(extent, hn::Mul(extent, extent)));
+  const Vector along = difference(pair.b, pair.a);
+  const Vector moment = cross(pair.a, along);
+  const Float da = dot(normal, pair.a);
+  const Float db = dot(normal, pair.b);
+  const Float side_u = dot(pair.u, moment);
+  const Float side_v = hn::Neg(dot(pair.v, moment));
+  const Float across = hn::Sub(hn::Sub(dot(along, normal), side_u), side_v);
+  const Float below = hn::Neg(error);
+  const auto same =
+      hn::Or(hn::Gt(min3(side_u, side_v, across), error), hn::Lt(max3(side_u, side_v, across), below));
+  const auto apart = hn::And(hn::Gt(hn::Max(da, db), error), hn::Lt(hn::Min(da, db), below));
+  const auto is_said =
+      hn::And(hn::Gt(error, hn::Set(floats, smallest)), hn::Le(error, hn::Set(floats, largest)));
+  return hn::And(is_said, hn::And(same, apart));
+}
+
+HWY_INLINE Float largest_of(const Vector& v) {
+  return max3(hn::Abs(v.x), hn::Abs(v.y), hn::Abs(v.z));
+}
+
+HWY_INLINE Float gap_of(const SegmentAndTriangle& pair) {
+  // In units in the last place of the largest coordinate, a distance along a direction has an error of at
+  // most 35 by its two projections and 20 by its division and root.
+  constexpr float rounding = 4e-6F;
+  constexpr float of_underflow = std::numeric_limits<float>::min();
+  const Float extent = hn::Max(hn::Max(largest_of(pair.a), largest_of(pair.b)),
+                               hn::Max(largest_of(pair.u), largest_of(pair.v)));
+  const Vector along = difference(pair.b, pair.a);
+  const Vector normal = cross(pair.u, pair.v);
+  const Float of_boxes =
+      max3(axis_gap(pair.a.x, pair.b.x, pair.u.x, pair.v.x), axis_gap(pair.a.y, pair.b.y, pair.u.y, pair.v.y),
+           axis_gap(pair.a.z, pair.b.z, pair.u.z, pair.v.z));
+  const Float of_sides =
+      max3(squared_gap(pair, cross(along, pair.u)), squared_gap(pair, cross(along, pair.v)),
+           squared_gap(pair, cross(along, difference(pair.v, pair.u))));
+  const Float found = hn::Max(of_boxes, hn::Sqrt(hn::Max(squared_gap(pair, normal), of_sides)));
+  const Float least =
+      hn::Sub(found, hn::MulAdd(hn::Set(floats, rounding), extent, hn::Set(floats, of_underflow)));
+  // Not a number where positions are not finite.
+  const Float gap = hn::IfThenElseZero(hn::Gt(least, hn::Zero(floats)), least);
+  return hn::IfThenElse(surely_meet(pair, normal, extent), hn::Set(floats, EdgeTrianglePairs::meet), gap);
+}
+
+}  // namespace
+
+void find_gaps(const EdgesAndTriangles& surfaces, double scale, std::size_t size, EdgeTrianglePairs& pairs) {
+  LocalRows rows;
+  for (std::size_t lane = 0; lane < size; lane += lanes()) {
+    const SegmentAndTriangle pair =
+        read(surfaces, scale, pairs.edge.data() + lane, pairs.triangle.data() + lane, rows);
+    hn::Store(gap_of(pair), floats, pairs.gap.data() + lane);
+  }
+}
+
+}  // namespace palpate::simd::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace palpate::simd {
+
+HWY_EXPORT(find_gaps);
+
+void find_gaps(const EdgesAndTriangles& surfaces, double scale, std::size_t size, EdgeTrianglePairs& pairs) {
+  HWY_DYNAMIC_DISPATCH(find_gaps)(surfaces, scale, size, pairs);
+}
+
+}  // namespace palpate::simd
+#endif

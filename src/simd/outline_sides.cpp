@@ -1,0 +1,98 @@
+#include "simd/outline_sides.hpp"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "simd/outline_sides.cpp"
+#include <hwy/foreach_target.h>
+// Highway needs its own header after foreach_target.h.
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace palpate::simd::HWY_NAMESPACE {
+namespace {
+namespace hn = hwy::HWY_NAMESPACE;
+
+using Sides = hn::CappedTag<double, 4>;
+constexpr Sides sides_tag;
+using Number = hn::Vec<Sides>;
+struct SideVector {
+  Number x;
+  Number y;
+  Number z;
+};
+
+HWY_INLINE SideVector all(const Vec3& v) {
+  return {hn::Set(sides_tag, v.x), hn::Set(sides_tag, v.y), hn::Set(sides_tag, v.z)};
+}
+HWY_INLINE SideVector difference(const SideVector& a, const SideVector& b) {
+  return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y), hn::Sub(a.z, b.z)};
+}
+HWY_INLINE SideVector scaled(Number s, const SideVector& a) {
+  return {hn::Mul(s, a.x), hn::Mul(s, a.y), hn::Mul(s, a.z)};
+}
+HWY_INLINE Number dot(const SideVector& a, const SideVector& b) {
+  return hn::Add(hn::Add(hn::Mul(a.x, b.x), hn::Mul(a.y, b.y)), hn::Mul(a.z, b.z));
+}
+HWY_INLINE SideVector cross(const SideVector& a, const SideVector& b) {
+  return {hn::Sub(hn::Mul(a.y, b.z), hn::Mul(a.z, b.y)), hn::Sub(hn::Mul(a.z, b.x), hn::Mul(a.x, b.z)),
+          hn::Sub(hn::Mul(a.x, b.y), hn::Mul(a.y, b.x))};
+}
+HWY_INLINE SideVector gather(const Vec3* positions, const OutlineSides::Points& points, std::size_t lane) {
+  const hn::RebindToSigned<Sides> wide;
+  const hn::Rebind<std::int32_t, Sides> narrow;
+  const auto point = hn::PromoteTo(wide, hn::LoadU(narrow, points.data() + lane));
+  const auto place = hn::Add(point, hn::ShiftLeft<1>(point));  // in numbers
+  return {hn::GatherIndex(sides_tag, &positions->x, place), hn::GatherIndex(sides_tag, &positions->y, place),
+          hn::GatherIndex(sides_tag, &positions->z, place)};
+}
+
+/// As silhouette.cpp does it for one side, with the same order of operations.
+HWY_INLINE void find(const Vec3* positions, const SideVector& x, const SideVector& d, std::size_t lane,
+                     OutlineSides& sides) {
+  const Number zero = hn::Zero(sides_tag);
+  const Number one = hn::Set(sides_tag, 1.0);
+  const auto across = [&](const SideVector& point) HWY_ATTR {
+    const SideVector from_line = difference(point, x);
+    return difference(from_line, scaled(dot(from_line, d), d));
+  };
+  const SideVector a = across(gather(positions, sides.from, lane));
+  const SideVector ab = difference(across(gather(positions, sides.to, lane)), a);
+  const Number length2 = dot(ab, ab);
+  const Number ratio = hn::Div(hn::Neg(dot(a, ab)), length2);
+  const Number clamped =
+      hn::IfThenElse(hn::Lt(ratio, zero), zero, hn::IfThenElse(hn::Lt(one, ratio), one, ratio));
+  const Number t = hn::IfThenElseZero(hn::Lt(zero, length2), clamped);
+  const SideVector along = scaled(t, ab);
+  const SideVector offset{hn::Add(a.x, along.x), hn::Add(a.y, along.y), hn::Add(a.z, along.z)};
+  const SideVector n0 = gather(positions, sides.neighbor[0], lane);
+  const SideVector area = cross(difference(gather(positions, sides.neighbor[1], lane), n0),
+                                difference(gather(positions, sides.neighbor[2], lane), n0));
+  hn::Store(offset.x, sides_tag, sides.x.data() + lane);
+  hn::Store(offset.y, sides_tag, sides.y.data() + lane);
+  hn::Store(offset.z, sides_tag, sides.z.data() + lane);
+  hn::Store(hn::Sqrt(dot(offset, offset)), sides_tag, sides.distance.data() + lane);
+  hn::Store(length2, sides_tag, sides.length2.data() + lane);
+  hn::Store(dot(area, d), sides_tag, sides.facing.data() + lane);
+}
+
+}  // namespace
+
+void find_sides(const Vec3* positions, const Vec3& origin, const Vec3& direction, OutlineSides& sides) {
+  const SideVector x = all(origin);
+  const SideVector d = all(direction);
+  for (std::size_t lane = 0; lane < 3; lane += hn::MaxLanes(sides_tag)) find(positions, x, d, lane, sides);
+}
+
+}  // namespace palpate::simd::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace palpate::simd {
+
+HWY_EXPORT(find_sides);
+
+void find_sides(const Vec3* positions, const Vec3& origin, const Vec3& direction, OutlineSides& sides) {
+  HWY_DYNAMIC_DISPATCH(find_sides)(positions, origin, direction, sides);
+}
+
+}  // namespace palpate::simd
+#endif
