@@ -19,6 +19,9 @@ constexpr std::size_t listed_of_chunk = 32;
 constexpr std::size_t tested_of_chunk = 64;
 /// The largest margin of a list of edges, over that of a list of clusters.
 constexpr double edges_over_clusters = 0.25;
+/// Near pairs of clusters over the number of clusters, from which on lists have no margin: everything is near
+/// everything, as in bodies of long thin tets, and lists with a margin would need memory for all pairs.
+constexpr std::size_t crowded = 16;
 
 }  // namespace
 
@@ -28,6 +31,7 @@ void EdgeQuery::choose_tasks(const Frame& frame) {
   make_room(begin_, pairs_.size() + 1);
   begin_.push_back(0);
   for (const std::size_t i : order_) begin_.push_back(begin_.back() + pairs_[i].groups.size());
+  is_crowded_ = begin_.back() > crowded * motions_.boxes().size();
   task_lists_.fill(
       frame.threads, begin_.back(), groups_of_chunk,
       [&](std::size_t begin, std::size_t end, std::vector<Task>& tasks) {
@@ -97,7 +101,7 @@ void EdgeQuery::list(const Task& task, FacingClusters& facing, std::vector<NearE
   groups.moved[i] = 0.0F;
   groups.apart[i] = std::numeric_limits<float>::max();
   if (!(room > usual)) {
-    room = margin_of_list(usual, edges_over_clusters * most_room(pair));
+    room = is_crowded_ ? 0.0 : margin_of_list(usual, edges_over_clusters * most_room(pair));
     facing.list(a, b, room, found);
     groups.apart[i] = 0.0F;
   }

@@ -70,7 +70,7 @@ def test_a_beam_that_hangs_is_where_scikit_fem_has_it(nu):
     model = palpate.Model()
     material = palpate.Material(young_modulus=YOUNG, poisson_ratio=nu, density=DENSITY, model="stable-neo-hookean")
     model.add_body(points, tets, material=material, fixed=held)
-    settings = {"tolerance": 1e-10, "max_iterations": 20000, "max_solves": 100}
+    settings = {"tolerance": 1e-11, "max_iterations": 20000, "max_solves": 100}
     simulation = palpate.Simulation(model, gravity=(0.0, 0.0, -GRAVITY), time_step=20.0, solver=settings)
     for _ in range(4):
         simulation.step()
