@@ -125,9 +125,7 @@ void EdgeQuery::take_lists() {
     kept_.make_room(2 * (begin + size));
   }
   for (std::size_t chunk = 0; chunk < chunks; ++chunk) near_.append(near_lists_.list(chunk));
-  // Not room for the longest list in all chunks: where sizes of triangles differ much, one is far longer.
-  const std::size_t room = std::min(2 * longest, 4 * (size / std::max<std::size_t>(chunks, 1) + 1));
-  longest_list_ = std::max(longest_list_, room);
+  if (longest > longest_list_) longest_list_ = 2 * longest;
   near_lists_.make_room_in_all(chunks + chunks / 2 + 4, longest_list_);
   for (const std::size_t i : to_list_) {
     if (!tasks_[i].is_listed) continue;
