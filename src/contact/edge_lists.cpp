@@ -16,6 +16,8 @@ namespace {
 
 constexpr std::size_t groups_of_chunk = 256;
 constexpr std::size_t listed_of_chunk = 32;
+/// Groups that are listed before their lists are stored. It bounds the scratch memory.
+constexpr std::size_t listed_at_once = 64 * listed_of_chunk;
 constexpr std::size_t tested_of_chunk = 64;
 /// The largest margin of a list of edges, over that of a list of clusters.
 constexpr double edges_over_clusters = 0.25;
@@ -78,16 +80,23 @@ void EdgeQuery::list_groups(const Frame& frame) {
   }
   drop_unused();
   listing_.begin(frame.deadline, to_list_.size(), listed_of_chunk);
-  near_lists_.fill(frame.threads, to_list_.size(), listed_of_chunk,
+  for (std::size_t from = 0; from < to_list_.size(); from += listed_at_once)
+    list_some(frame, std::span(to_list_).subspan(from, std::min(listed_at_once, to_list_.size() - from)),
+              from);
+}
+
+/// \param tasks  some of `to_list_`, from the one with number `first` on
+void EdgeQuery::list_some(const Frame& frame, std::span<const std::size_t> tasks, std::size_t first) {
+  near_lists_.fill(frame.threads, tasks.size(), listed_of_chunk,
                    [&](std::size_t begin, std::size_t end, std::vector<NearEdge>& found) {
-                     if (listing_.skips(begin)) return;
+                     if (listing_.skips(first + begin)) return;
                      FacingClusters facing(frame.surface);
-                     for (std::size_t i = begin; i < end; ++i) {
-                       list(tasks_[to_list_[i]], facing, found);
-                       tasks_[to_list_[i]].is_listed = true;
+                     for (const std::size_t i : tasks.subspan(begin, end - begin)) {
+                       list(tasks_[i], facing, found);
+                       tasks_[i].is_listed = true;
                      }
                    });
-  take_lists();
+  take_lists(tasks);
 }
 
 void EdgeQuery::list(const Task& task, FacingClusters& facing, std::vector<NearEdge>& found) {
@@ -111,9 +120,9 @@ void EdgeQuery::list(const Task& task, FacingClusters& facing, std::vector<NearE
 }
 
 /// Stores the new lists.
-void EdgeQuery::take_lists() {
+void EdgeQuery::take_lists(std::span<const std::size_t> tasks) {
   std::size_t begin = near_.size();
-  const std::size_t chunks = parallel::chunk_count(to_list_.size(), listed_of_chunk);
+  const std::size_t chunks = parallel::chunk_count(tasks.size(), listed_of_chunk);
   std::size_t size = 0;
   std::size_t longest = 0;
   for (std::size_t chunk = 0; chunk < chunks; ++chunk) {
@@ -126,8 +135,9 @@ void EdgeQuery::take_lists() {
   }
   for (std::size_t chunk = 0; chunk < chunks; ++chunk) near_.append(near_lists_.list(chunk));
   if (longest > longest_list_) longest_list_ = 2 * longest;
-  near_lists_.make_room_in_all(chunks + chunks / 2 + 4, longest_list_);
-  for (const std::size_t i : to_list_) {
+  constexpr std::size_t most_chunks = listed_at_once / listed_of_chunk;
+  near_lists_.make_room_in_all(std::min(chunks + chunks / 2 + 4, most_chunks), longest_list_);
+  for (const std::size_t i : tasks) {
     if (!tasks_[i].is_listed) continue;
     ClusterGroups& groups = pairs_[tasks_[i].pair].groups;
     groups.begin[tasks_[i].group] = static_cast<std::uint32_t>(begin);

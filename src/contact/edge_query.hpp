@@ -95,7 +95,8 @@ class EdgeQuery {
               std::vector<Task>& tasks);
   void list_groups(const Frame& frame);
   void list(const Task& task, FacingClusters& facing, std::vector<NearEdge>& found);
-  void take_lists();
+  void list_some(const Frame& frame, std::span<const std::size_t> tasks, std::size_t first);
+  void take_lists(std::span<const std::size_t> tasks);
   void drop_unused();
   void test_groups(const Frame& frame);
   [[nodiscard]] static bool is_folded(const Frame& frame, const EdgeTriangle& pair);
