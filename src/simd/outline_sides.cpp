@@ -5,6 +5,8 @@
 #include <hwy/foreach_target.h>
 // Highway needs its own header after foreach_target.h.
 #include <hwy/highway.h>
+// Our header is compiled for each target, so it comes after that.
+#include "simd/vector_lanes-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace palpate::simd::HWY_NAMESPACE {
@@ -14,27 +16,10 @@ namespace hn = hwy::HWY_NAMESPACE;
 using Sides = hn::CappedTag<double, 4>;
 constexpr Sides sides_tag;
 using Number = hn::Vec<Sides>;
-struct SideVector {
-  Number x;
-  Number y;
-  Number z;
-};
+using SideVector = VectorOf<Number>;
 
 HWY_INLINE SideVector all(const Vec3& v) {
   return {hn::Set(sides_tag, v.x), hn::Set(sides_tag, v.y), hn::Set(sides_tag, v.z)};
-}
-HWY_INLINE SideVector difference(const SideVector& a, const SideVector& b) {
-  return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y), hn::Sub(a.z, b.z)};
-}
-HWY_INLINE SideVector scaled(Number s, const SideVector& a) {
-  return {hn::Mul(s, a.x), hn::Mul(s, a.y), hn::Mul(s, a.z)};
-}
-HWY_INLINE Number dot(const SideVector& a, const SideVector& b) {
-  return hn::Add(hn::Add(hn::Mul(a.x, b.x), hn::Mul(a.y, b.y)), hn::Mul(a.z, b.z));
-}
-HWY_INLINE SideVector cross(const SideVector& a, const SideVector& b) {
-  return {hn::Sub(hn::Mul(a.y, b.z), hn::Mul(a.z, b.y)), hn::Sub(hn::Mul(a.z, b.x), hn::Mul(a.x, b.z)),
-          hn::Sub(hn::Mul(a.x, b.y), hn::Mul(a.y, b.x))};
 }
 HWY_INLINE SideVector gather(const Vec3* positions, const OutlineSides::Points& points, std::size_t lane) {
   const hn::RebindToSigned<Sides> wide;
@@ -61,8 +46,7 @@ HWY_INLINE void find(const Vec3* positions, const SideVector& x, const SideVecto
   const Number clamped =
       hn::IfThenElse(hn::Lt(ratio, zero), zero, hn::IfThenElse(hn::Lt(one, ratio), one, ratio));
   const Number t = hn::IfThenElseZero(hn::Lt(zero, length2), clamped);
-  const SideVector along = scaled(t, ab);
-  const SideVector offset{hn::Add(a.x, along.x), hn::Add(a.y, along.y), hn::Add(a.z, along.z)};
+  const SideVector offset = sum(a, scaled(t, ab));
   const SideVector n0 = gather(positions, sides.neighbor[0], lane);
   const SideVector area = cross(difference(gather(positions, sides.neighbor[1], lane), n0),
                                 difference(gather(positions, sides.neighbor[2], lane), n0));

@@ -21,11 +21,13 @@ using Doubles = hn::CappedTag<double, 8>;
 using Double = hn::Vec<Doubles>;
 constexpr Doubles doubles;
 
-struct Vector {
-  Double x;
-  Double y;
-  Double z;
+template <class Number>
+struct VectorOf {
+  Number x;
+  Number y;
+  Number z;
 };
+using Vector = VectorOf<Double>;
 HWY_INLINE Double load(const LaneRow& row, std::size_t lane) {
   return hn::Load(doubles, row.data() + lane);
 }
@@ -40,20 +42,26 @@ HWY_INLINE void store(const Vector& v, VectorRows& rows, std::size_t lane) {
   store(v.y, rows.y, lane);
   store(v.z, rows.z, lane);
 }
-HWY_INLINE Vector difference(const Vector& a, const Vector& b) {
+
+template <class Number>
+HWY_INLINE VectorOf<Number> difference(const VectorOf<Number>& a, const VectorOf<Number>& b) {
   return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y), hn::Sub(a.z, b.z)};
 }
-HWY_INLINE Vector cross(const Vector& a, const Vector& b) {
+template <class Number>
+HWY_INLINE VectorOf<Number> cross(const VectorOf<Number>& a, const VectorOf<Number>& b) {
   return {hn::Sub(hn::Mul(a.y, b.z), hn::Mul(a.z, b.y)), hn::Sub(hn::Mul(a.z, b.x), hn::Mul(a.x, b.z)),
           hn::Sub(hn::Mul(a.x, b.y), hn::Mul(a.y, b.x))};
 }
-HWY_INLINE Double dot(const Vector& a, const Vector& b) {
+template <class Number>
+HWY_INLINE Number dot(const VectorOf<Number>& a, const VectorOf<Number>& b) {
   return hn::Add(hn::Add(hn::Mul(a.x, b.x), hn::Mul(a.y, b.y)), hn::Mul(a.z, b.z));
 }
-HWY_INLINE Vector scaled(Double s, const Vector& a) {
+template <class Number>
+HWY_INLINE VectorOf<Number> scaled(Number s, const VectorOf<Number>& a) {
   return {hn::Mul(s, a.x), hn::Mul(s, a.y), hn::Mul(s, a.z)};
 }
-HWY_INLINE Vector sum(const Vector& a, const Vector& b) {
+template <class Number>
+HWY_INLINE VectorOf<Number> sum(const VectorOf<Number>& a, const VectorOf<Number>& b) {
   return {hn::Add(a.x, b.x), hn::Add(a.y, b.y), hn::Add(a.z, b.z)};
 }
 
