@@ -17,13 +17,13 @@ namespace {
 constexpr std::size_t groups_of_chunk = 256;
 constexpr std::size_t listed_of_chunk = 32;
 /// Groups that are listed before their lists are stored. It bounds the scratch memory.
-constexpr std::size_t listed_at_once = 64 * listed_of_chunk;
+constexpr std::size_t listed_at_once = 32 * listed_of_chunk;
 constexpr std::size_t tested_of_chunk = 64;
 /// The largest margin of a list of edges, over that of a list of clusters.
 constexpr double edges_over_clusters = 0.25;
-/// Near pairs of clusters over the number of clusters, from which on lists have no margin: everything is near
-/// everything, as in bodies of long thin tets, and lists with a margin would need memory for all pairs.
-constexpr std::size_t crowded = 16;
+/// Stored pairs for each cluster, from which on lists have no margin: everything is near everything, as in
+/// bodies of long thin tets, and lists with a margin would need memory for all pairs.
+constexpr std::size_t crowded = 640;
 
 }  // namespace
 
@@ -33,7 +33,6 @@ void EdgeQuery::choose_tasks(const Frame& frame) {
   make_room(begin_, pairs_.size() + 1);
   begin_.push_back(0);
   for (const std::size_t i : order_) begin_.push_back(begin_.back() + pairs_[i].groups.size());
-  is_crowded_ = begin_.back() > crowded * motions_.boxes().size();
   task_lists_.fill(
       frame.threads, begin_.back(), groups_of_chunk,
       [&](std::size_t begin, std::size_t end, std::vector<Task>& tasks) {
@@ -80,9 +79,11 @@ void EdgeQuery::list_groups(const Frame& frame) {
   }
   drop_unused();
   listing_.begin(frame.deadline, to_list_.size(), listed_of_chunk);
-  for (std::size_t from = 0; from < to_list_.size(); from += listed_at_once)
+  for (std::size_t from = 0; from < to_list_.size(); from += listed_at_once) {
+    is_crowded_ = near_.size() > crowded * motions_.boxes().size();
     list_some(frame, std::span(to_list_).subspan(from, std::min(listed_at_once, to_list_.size() - from)),
               from);
+  }
 }
 
 /// \param tasks  some of `to_list_`, from the one with number `first` on
