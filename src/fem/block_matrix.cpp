@@ -32,6 +32,7 @@ BlockMatrix::BlockMatrix(const Elements& elements, std::span<const std::uint8_t>
   list_columns(free);
   order_rows(free);
   const std::size_t slices = point_of_row_.size() / simd::slice_rows + 1;
+  halves_.emplace_back();
   slot_begin_.push_back(0);
   term_begin_.push_back(0);
   for (std::size_t slice = 0; slice < slices; ++slice) build_slice(slice);
@@ -109,31 +110,35 @@ bool BlockMatrix::has_tangent_blocks(Index point) const {
 }
 
 void BlockMatrix::append_rows(std::span<const Index> points, std::span<const int> color) {
-  // Rows of a slice are taken from one window. It is large enough for whole slices of each colour, and small
-  // enough that neighbours in space stay close in memory.
-  constexpr std::size_t window = 4096;
-  const auto before = [&](Index a, Index b) {
-    const int color_a = at(color, a);
-    const int color_b = at(color, b);
-    return color_a != color_b ? color_a < color_b : columns(a).size() > columns(b).size();
+  // Rows of a slice are taken from one window. It is large enough for slices whose rows have similar numbers
+  // of blocks, and small enough that neighbours in space stay close in memory.
+  constexpr std::size_t window = 512;
+  std::vector<Index> sorted(points.begin(), points.end());
+  std::ranges::stable_sort(sorted, {}, [&](Index point) { return at(color, point); });
+  const auto earlier = [&](Index point) {
+    return std::ranges::count_if(columns(point),
+                                 [&](std::uint32_t other) { return color[other] < at(color, point); });
   };
-  std::vector<Index> sorted;
-  for (std::size_t first = 0; first < points.size(); first += window) {
-    const std::size_t last = std::min(first + window, points.size());
-    sorted.assign(points.begin() + static_cast<std::ptrdiff_t>(first),
-                  points.begin() + static_cast<std::ptrdiff_t>(last));
-    std::ranges::stable_sort(sorted, before);
-    int current = -1;
-    for (const Index point : sorted) {
-      if (at(color, point) != current) pad_slice();
-      current = at(color, point);
-      if (point_of_row_.size() % simd::slice_rows == 0) {
-        at(slices_of_color_, current)
-            .push_back(static_cast<std::uint32_t>(point_of_row_.size() / simd::slice_rows));
-      }
-      point_of_row_.push_back(point);
+  const auto before = [&](Index a, Index b) {
+    return columns(a).size() != columns(b).size() ? columns(a).size() > columns(b).size()
+                                                  : earlier(a) > earlier(b);
+  };
+  for (auto first = sorted.begin(); first != sorted.end();) {
+    const int own = at(color, *first);
+    const auto last = std::find_if(first, sorted.end(), [&](Index point) { return at(color, point) != own; });
+    const auto color_begin = static_cast<std::uint32_t>(point_of_row_.size());
+    for (auto from = first; from != last;) {
+      const auto to = last - from > static_cast<std::ptrdiff_t>(window) ? from + window : last;
+      std::stable_sort(from, to, before);
+      from = to;
     }
+    point_of_row_.insert(point_of_row_.end(), first, last);
     pad_slice();
+    while (simd::slice_rows * halves_.size() < point_of_row_.size()) {
+      at(slices_of_color_, own).push_back(static_cast<std::uint32_t>(halves_.size()));
+      halves_.push_back({.color_begin = color_begin});
+    }
+    first = last;
   }
 }
 
@@ -156,8 +161,14 @@ void BlockMatrix::pad_slice() {
   while (point_of_row_.size() % simd::slice_rows != 0) point_of_row_.push_back(-1);
 }
 
-/// Lists the slots and terms of a slice. The blocks of a row are sorted by their number of terms, so that the
-/// blocks of a slot have similar numbers.
+/// Whether a column belongs to a row of an earlier colour.
+bool BlockMatrix::is_earlier(std::uint32_t place, std::uint32_t color_begin) const {
+  const Index row = row_of_point_[columns_[place]];
+  return row >= 0 && static_cast<std::uint32_t>(row) < color_begin;
+}
+
+/// Lists the slots and terms of a slice. The blocks of a row with earlier colours come first. In each half
+/// they are sorted by their number of terms, so that the blocks of a slot have similar numbers.
 void BlockMatrix::build_slice(std::size_t slice) {
   struct LaneBlock {
     std::uint32_t place = 0;  ///< in columns_
@@ -165,6 +176,8 @@ void BlockMatrix::build_slice(std::size_t slice) {
   };
   std::array<std::vector<LaneBlock>, simd::slice_rows> lanes;
   std::size_t slots = 0;
+  std::size_t most_earlier = 0;
+  std::size_t least_earlier = ~std::size_t{0};
   const bool full = slice >= first_tangent_slice_;
   for (std::size_t lane = 0; lane < simd::slice_rows; ++lane) {
     const std::size_t row = simd::slice_rows * slice + lane;
@@ -189,8 +202,16 @@ void BlockMatrix::build_slice(std::size_t slice) {
       }
     }
     std::ranges::stable_sort(lanes[lane], std::greater(), [](const LaneBlock& b) { return b.terms.size(); });
+    const auto later = std::ranges::stable_partition(
+        lanes[lane], [&](const LaneBlock& b) { return is_earlier(b.place, halves_[slice].color_begin); });
+    const std::size_t earlier = lanes[lane].size() - later.size();
     slots = std::max(slots, lanes[lane].size());
+    most_earlier = std::max(most_earlier, earlier);
+    if (!later.empty()) least_earlier = std::min(least_earlier, earlier);
   }
+  halves_[slice].first_later =
+      slot_begin_.back() + static_cast<std::uint32_t>(std::min(least_earlier, slots));
+  halves_[slice].last_earlier = slot_begin_.back() + static_cast<std::uint32_t>(most_earlier);
   // A term whose values are zero.
   const auto empty = full ? empty_tangent_term() : 16 * static_cast<std::uint32_t>(elements_->size());
   const auto append_terms = [&](auto&& terms_of) {
@@ -287,6 +308,7 @@ std::vector<Index> BlockMatrix::body_of_point() const {
 
 simd::SlicedRows BlockMatrix::rows() const {
   return {.slot_begin = slot_begin_.data(),
+          .halves = halves_.data(),
           .columns = column_of_lane_.data(),
           .values = slots_.empty() ? nullptr : slots_.front().values.data(),
           .masses = masses_.data()};

@@ -17,14 +17,14 @@ namespace palpate::fem {
 /// The rows of free points of a square matrix of 3x3 blocks, one row per point, in float, with the symmetric
 /// pattern of the element stiffness. LinearSystem::multiply_exactly() has exact products in double.
 ///
-/// Rows are ordered along a Z-curve through the rest positions of each body, so that neighbours in space are
-/// neighbours in memory. Within windows they are ordered by colour and by the number of their blocks, so that
-/// slices of 16 rows (simd/sliced_rows.hpp) need little padding. No two points of an element have the same
-/// colour, and a slice has rows of one colour: a smoother can update them at once. Padding rows of a slice
-/// have no point. Assembly gathers: each block adds up its own terms, elements ascending, so that no two
-/// threads write one block and the bits do not depend on the thread count. Rows of bodies with tangent blocks
-/// (Elements) come last, in separate slices. They add up the blocks of their elements and smoothing domains;
-/// a row has blocks with all points of its domains.
+/// Rows are ordered by colour, and in a colour along a Z-curve through the rest positions of each body, so
+/// that neighbours in space are near in memory. Within windows they are ordered by the number of their
+/// blocks, so that slices of 16 rows (simd/sliced_rows.hpp) need little padding. No two points of an element
+/// have the same colour, and a slice has rows of one colour: a smoother can update them at once. Padding rows
+/// of a slice have no point. Assembly gathers: each block adds up its own terms, elements ascending, so that
+/// no two threads write one block and the bits do not depend on the thread count. Rows of bodies with tangent
+/// blocks (Elements) come last, in separate slices. They add up the blocks of their elements and smoothing
+/// domains; a row has blocks with all points of its domains.
 class BlockMatrix {
  public:
   /// Pattern: each free point of an element, with itself and with the other points of its elements and
@@ -78,6 +78,7 @@ class BlockMatrix {
   std::vector<int> color_points(std::span<const Index> points);
   void order_rows(std::span<const std::uint8_t> free);
   void append_rows(std::span<const Index> points, std::span<const int> color);
+  [[nodiscard]] bool is_earlier(std::uint32_t place, std::uint32_t color_begin) const;
   void pad_slice();
   [[nodiscard]] std::uint32_t tangent_term(Index element, int i, int j) const;
   [[nodiscard]] std::uint32_t empty_tangent_term() const;
@@ -99,6 +100,7 @@ class BlockMatrix {
   std::vector<std::vector<std::uint32_t>> slices_of_color_;
   std::size_t first_tangent_slice_ = 0;                ///< first slice of bodies with tangent blocks
   std::vector<std::uint32_t> slot_begin_;              ///< (n_slices + 1)
+  std::vector<simd::SliceHalves> halves_;              ///< (n_slices)
   simd::AlignedVector<std::uint32_t> column_of_lane_;  ///< 16 a slot: rows
   std::vector<std::uint32_t> term_begin_;              ///< (n_slots + 1)
   simd::AlignedVector<std::uint32_t> terms_;           ///< of SlicedAssembly, or of TangentAssembly

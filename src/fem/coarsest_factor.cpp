@@ -9,17 +9,17 @@
 namespace palpate::fem {
 namespace {
 
-std::span<const std::uint32_t> columns(const BlockRows<6, 6>& rows, Index row) {
+std::span<const std::uint32_t> columns(const NodeGraph& rows, Index row) {
   const std::uint32_t first = at(rows.begin, row);
-  return std::span(rows.columns).subspan(first, at(rows.begin, row + 1) - first);
+  return rows.columns.subspan(first, at(rows.begin, row + 1) - first);
 }
 
 }  // namespace
 
 /// Reverse Cuthill-McKee order (George & Liu 1981, section 4.3): breadth first from a node with few
 /// neighbours, then reversed.
-void CoarsestFactor::order(const BlockRows<6, 6>& bodies, const BlockRows<6, 6>& couplings) {
-  const std::size_t count = bodies.size();
+void CoarsestFactor::order(const NodeGraph& bodies, const NodeGraph& couplings) {
+  const std::size_t count = bodies.begin.size() - 1;
   const auto degree = [&](Index a) { return columns(bodies, a).size() + columns(couplings, a).size(); };
   const auto fewer = [&](Index a, Index b) { return degree(a) != degree(b) ? degree(a) < degree(b) : a < b; };
   degree_order_.resize(count);
@@ -58,17 +58,26 @@ void CoarsestFactor::order(const BlockRows<6, 6>& bodies, const BlockRows<6, 6>&
   }
 }
 
-void CoarsestFactor::update(const BlockRows<6, 6>& bodies, const BlockRows<6, 6>& couplings) {
-  order(bodies, couplings);
+void CoarsestFactor::update(const BlockRows<6, 6>& bodies, const CoupledRows& couplings) {
+  order(graph_of(bodies), {couplings.begin, couplings.columns});
   factor_.reset(first_);
-  for (const auto* part : {&bodies, &couplings}) {
-    for (std::size_t a = 0; a < part->size(); ++a) {
-      for (std::uint32_t k = part->begin[a]; k < part->begin[a + 1]; ++k) {
-        const Index column = row_[part->columns[k]];
-        if (column > row_[a]) continue;
-        Block6& block = factor_.block(row_[a], column);
-        for (std::size_t e = 0; e < block.size(); ++e) block[e] += part->blocks[k][e];
+  for (std::size_t a = 0; a < bodies.size(); ++a) {
+    for (std::uint32_t k = bodies.begin[a]; k < bodies.begin[a + 1]; ++k) {
+      const Index column = row_[bodies.columns[k]];
+      if (column > row_[a]) continue;
+      factor_.add(row_[a], column, bodies.blocks[k]);
+    }
+    for (std::uint32_t k = couplings.begin[a]; k < couplings.begin[a + 1]; ++k) {
+      if (couplings.columns[k] < a) continue;  // not set
+      const Index column = row_[couplings.columns[k]];
+      const bool below = column <= row_[a];
+      const double* more = couplings.blocks.data() + simd::six_rows * k;
+      Block6 block;
+      for (std::size_t i = 0; i < 6; ++i) {
+        for (std::size_t j = 0; j < 6; ++j)
+          block[6 * i + j] = more[below ? simd::row_of_six * i + j : simd::row_of_six * j + i];
       }
+      factor_.add(below ? row_[a] : column, below ? column : row_[a], block);
     }
   }
   factor_.factor();
@@ -78,6 +87,8 @@ void CoarsestFactor::solve(std::span<const simd::Six> b, std::span<simd::Six> x)
   resize_with_room(vector_, order_.size());
   for (std::size_t row = 0; row < order_.size(); ++row) {
     for (std::size_t k = 0; k < 6; ++k) vector_[row][k] = static_cast<double>(at(b, order_[row]).values[k]);
+    vector_[row][6] = 0.0;
+    vector_[row][7] = 0.0;
   }
   factor_.solve(vector_);
   for (std::size_t row = 0; row < order_.size(); ++row) {

@@ -7,11 +7,15 @@
 
 #include <palpate/types.hpp>
 
+#include "simd/aligned.hpp"
+#include "simd/envelope.hpp"
+
 namespace palpate::fem {
 
-/// A 6x6 matrix, row by row, and a vector of six.
+/// A 6x6 matrix, row by row.
 using Block6 = std::array<double, 36>;
-using Vector6 = std::array<double, 6>;
+/// A vector of six, padded with zeros.
+using Vector6 = std::array<double, simd::envelope_vector>;
 
 /// Cholesky factor of a symmetric positive definite matrix of 6x6 blocks in envelope storage: of each row the
 /// blocks from the first that is not zero to the diagonal (Jennings 1966; George & Liu, "Computer Solution of
@@ -25,24 +29,22 @@ class EnvelopeCholesky {
   void reset(std::span<const Index> first);
 
   [[nodiscard]] Index size() const { return static_cast<Index>(first_.size()); }
-  /// Block (row, column) with first[row] <= column <= row. Add to it before factor().
-  [[nodiscard]] Block6& block(Index row, Index column);
+  /// Adds to block (row, column) with first[row] <= column <= row. Call before factor().
+  void add(Index row, Index column, const Block6& values);
   /// Replaces the matrix by its Cholesky factor. A pivot that is not positive up to rounding drops its
   /// variable: solutions have zero there, and the inverse stays positive semi-definite. O(sum of squared row
   /// lengths).
   void factor();
   /// Solves in place: b is the right side on entry and the solution on return; size() blocks. O(blocks).
-  void solve(std::span<Vector6> b) const;
+  void solve(std::span<Vector6> b);
 
  private:
-  [[nodiscard]] const Block6& at_place(Index row, Index column) const {
-    return blocks_[begin_[static_cast<std::size_t>(row)] + static_cast<std::size_t>(column)];
-  }
-  void factor_diagonal(Block6& block);
+  [[nodiscard]] simd::Envelope envelope();
 
   std::vector<Index> first_;
-  std::vector<std::size_t> begin_;  ///< block (i, j) is at begin_[i] + j; may wrap below zero
-  std::vector<Block6> blocks_;  ///< after factor(): the diagonal ones hold 1 / l_ii, or 0, on their diagonals
+  std::vector<std::size_t> begin_;  ///< as in simd::Envelope
+  simd::AlignedVector<double> blocks_;
+  simd::AlignedVector<double> transposed_;
 };
 
 }  // namespace palpate::fem

@@ -20,7 +20,8 @@ GaussSeidel::GaussSeidel(const BlockMatrix& matrix)
     : matrix_(&matrix),
       color_of_slice_(matrix.slice_count(), 0),
       diagonal_(simd::slice_symmetric * matrix.slice_count()),
-      inverses_(diagonal_.size()) {
+      inverses_(diagonal_.size()),
+      rest_(simd::slice_values * matrix.slice_count()) {
   const auto colors = matrix.slices_of_color();
   for (std::size_t color = 0; color < colors.size(); ++color) {
     for (const std::uint32_t slice : colors[color])
@@ -84,33 +85,43 @@ void GaussSeidel::update(const parallel::Threads& threads, const LinearSystem& s
 simd::SmootherRows GaussSeidel::rows(const LinearSystem& system, const float* rotations) const {
   return {.rows = matrix_->rows(),
           .couplings = system.couplings().rows(),
+          .diagonals = matrix_->diagonal_blocks().data(),
           .inverses = inverses_.data(),
           .rotations = rotations};
 }
 
-void GaussSeidel::relax(const parallel::Threads& threads, LinearSystem& system, std::span<const float> r,
-                        std::span<simd::Quad> z, std::size_t color) const {
+/// Calls kernel(slices, count) for the slices of a colour, with the current values of their couplings.
+template <class Kernel>
+void GaussSeidel::relax(const parallel::Threads& threads, LinearSystem& system, std::span<simd::Quad> z,
+                        std::size_t color, Kernel&& kernel) const {
   const std::uint32_t first = coupling_begin_[color];
   system.couplings().multiply_listed(
       threads, z, std::span(coupling_of_color_).subspan(first, coupling_begin_[color + 1] - first));
-  const simd::SmootherRows all = rows(system, nullptr);
   const auto& slices = matrix_->slices_of_color()[color];
-  parallel::for_chunks(threads, slices.size(), slice_grain,
-                       [&](std::size_t begin, std::size_t end, std::size_t) {
-                         simd::relax_slices(all, r.data(), z.data(), slices.data() + begin, end - begin);
-                       });
+  parallel::for_chunks(
+      threads, slices.size(), slice_grain,
+      [&](std::size_t begin, std::size_t end, std::size_t) { kernel(slices.data() + begin, end - begin); });
 }
 
 void GaussSeidel::forward(const parallel::Threads& threads, LinearSystem& system, std::span<const float> r,
-                          std::span<simd::Quad> z) const {
-  for (std::size_t color = 0; color < matrix_->slices_of_color().size(); ++color)
-    relax(threads, system, r, z, color);
+                          std::span<simd::Quad> z) {
+  std::ranges::fill(z, simd::Quad{});
+  const simd::SmootherRows all = rows(system, nullptr);
+  for (std::size_t color = 0; color < matrix_->slices_of_color().size(); ++color) {
+    relax(threads, system, z, color, [&](const std::uint32_t* slices, std::size_t count) {
+      simd::relax_from_zero(all, r.data(), z.data(), rest_.data(), slices, count);
+    });
+  }
 }
 
 void GaussSeidel::backward(const parallel::Threads& threads, LinearSystem& system, std::span<const float> r,
                            std::span<simd::Quad> z) const {
-  for (std::size_t color = matrix_->slices_of_color().size(); color-- > 0;)
-    relax(threads, system, r, z, color);
+  const simd::SmootherRows all = rows(system, nullptr);
+  for (std::size_t color = matrix_->slices_of_color().size(); color-- > 0;) {
+    relax(threads, system, z, color, [&](const std::uint32_t* slices, std::size_t count) {
+      simd::relax_slices(all, r.data(), z.data(), slices, count);
+    });
+  }
 }
 
 }  // namespace palpate::fem

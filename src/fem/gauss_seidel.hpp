@@ -23,19 +23,23 @@ class GaussSeidel {
   /// Copies the matrix and the couplings after LinearSystem::update_preconditioner(). O(n_points +
   /// n_couplings).
   void update(const parallel::Threads& threads, const LinearSystem& system);
-  /// Sweeps over all colours, from the first to the last or in reverse, for A z = r; z by rows, r by slices.
+  /// Sweeps over all colours for A z = r; z by rows, r by slices. The forward sweep starts from z = 0, so it
+  /// needs only half of the matrix; simd::rotated_residual() needs the other half and rest().
   void forward(const parallel::Threads& threads, LinearSystem& system, std::span<const float> r,
-               std::span<simd::Quad> z) const;
+               std::span<simd::Quad> z);
   void backward(const parallel::Threads& threads, LinearSystem& system, std::span<const float> r,
                 std::span<simd::Quad> z) const;
+  /// Part of the residual of the last forward(), for simd::rotated_residual().
+  [[nodiscard]] const float* rest() const { return rest_.data(); }
   /// The matrix in the layout of the kernels.
   /// \param rotations  for kernels that rotate unknowns
   [[nodiscard]] simd::SmootherRows rows(const LinearSystem& system, const float* rotations) const;
 
  private:
   void bound_couplings(const LinearSystem& system);
-  void relax(const parallel::Threads& threads, LinearSystem& system, std::span<const float> r,
-             std::span<simd::Quad> z, std::size_t color) const;
+  template <class Kernel>
+  void relax(const parallel::Threads& threads, LinearSystem& system, std::span<simd::Quad> z,
+             std::size_t color, Kernel&& kernel) const;
 
   const BlockMatrix* matrix_;
   std::vector<std::uint32_t> color_of_slice_;
@@ -44,6 +48,7 @@ class GaussSeidel {
   std::vector<std::uint32_t> coupling_of_color_;  ///< ascending in each
   simd::AlignedVector<float> diagonal_;
   simd::AlignedVector<float> inverses_;
+  simd::AlignedVector<float> rest_;  ///< by slices, where couplings act
 };
 
 }  // namespace palpate::fem

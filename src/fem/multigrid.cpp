@@ -50,44 +50,50 @@ void Multigrid::rotate(const parallel::Threads& threads, std::span<const Vec3> p
                        });
 }
 
-/// Computes J_c R P of each coupling.
+/// Computes V_c J_c R P of each coupling, with V_c of WeightRows. Open contacts have no stiffness and are
+/// left out of coarse matrices.
 void Multigrid::set_couplings(const parallel::Threads& threads, const CouplingSystem& couplings) {
   const auto row_of = matrix_->row_of_point();
   const auto row = [&](const Coupling& coupling, std::size_t k) {
     return coupling.points[k] >= 0 ? at(row_of, coupling.points[k]) : -1;
   };
   const auto all = couplings.couplings();
+  resize_with_room(weights_, all.size());
   assign_with_room(block_limits_, all.size(), 0U);
-  // Open contacts have no stiffness and are left out of coarse matrices.
-  const auto stiff = [&](std::size_t c) { return couplings.weight(c) != SymmetricMatrix3{}; };
-  for (std::size_t c = 0; c < all.size(); ++c) {
-    if (!stiff(c)) continue;
+  parallel::for_each(threads, all.size(), coupling_grain, [&](std::size_t c) {
+    weights_[c] = weight_rows(couplings.weight(c));
+    if (weights_[c].count == 0) return;
     for (std::size_t k = 0; k < 5; ++k) {
       const Index r = row(all[c], k);
       if (r >= 0) block_limits_[c] += at(transfer_.begin, r + 1) - at(transfer_.begin, r);
     }
-  }
+  });
   CouplingJacobians& jacobians = levels_.front().jacobians();
   jacobians.reset(all.size(), block_limits_);
   parallel::for_each(threads, all.size(), coupling_grain, [&](std::size_t c) {
-    if (!stiff(c)) return;
-    for (std::size_t k = 0; k < 5; ++k) {
+    const std::size_t rows = weights_[c].count;
+    jacobians.rows[c] = weights_[c].count;
+    for (std::size_t k = 0; rows > 0 && k < 5; ++k) {
       if (row(all[c], k) < 0) continue;
       const auto r = static_cast<std::size_t>(row(all[c], k));
-      Dense<3, 3> rotated_term{};
-      for (std::size_t e = 0; e < 9; ++e) {
-        rotated_term[e] = all[c].coefficients[k] *
-                          static_cast<double>(rotations_[simd::slot_values * (r / simd::slice_rows) +
-                                                         simd::slice_rows * e + r % simd::slice_rows]);
+      const float* rotation = &rotations_[simd::slot_values * (r / simd::slice_rows) + r % simd::slice_rows];
+      Dense<3, 3> term{};  // coefficient V R
+      for (std::size_t i = 0; i < 3 * rows; ++i) {
+        for (std::size_t e = 0; e < 3; ++e) {
+          term[i] += all[c].coefficients[k] * weights_[c].rows[i / 3 * 3 + e] *
+                     static_cast<double>(rotation[simd::slice_rows * (3 * e + i % 3)]);
+        }
       }
       for (std::uint32_t p = transfer_.begin[r]; p < transfer_.begin[r + 1]; ++p) {
-        Dense<3, 6>& motion = jacobians.block(c, transfer_.columns[p]).motion;
+        double* motion = jacobians.motions.data() +
+                         simd::three_rows * std::size_t{jacobians.block(c, transfer_.columns[p])};
         const float* block = transfer_.blocks.data() + simd::three_by_six * p;
-        Dense<3, 6> rows;
-        for (std::size_t e = 0; e < 3; ++e) {
-          for (std::size_t j = 0; j < 6; ++j) rows[6 * e + j] = static_cast<double>(block[4 * j + e]);
+        for (std::size_t i = 0; i < rows; ++i) {
+          for (std::size_t j = 0; j < 6; ++j) {
+            for (std::size_t e = 0; e < 3; ++e)
+              motion[simd::row_of_six * i + j] += term[3 * i + e] * static_cast<double>(block[4 * j + e]);
+          }
         }
-        add_product<3, 3, 6>(motion, rotated_term, rows);
       }
     }
   });
@@ -114,23 +120,22 @@ void Multigrid::update(const parallel::Threads& threads, const LinearSystem& sys
   taken_ = system.couplings().size();
   set_couplings(threads, system.couplings());
   for (std::size_t l = 0; l < levels_.size(); ++l)
-    levels_[l].update(threads, system.couplings(), l + 1 < levels_.size() ? &levels_[l + 1] : nullptr);
+    levels_[l].update(threads, l + 1 < levels_.size() ? &levels_[l + 1] : nullptr);
 }
 
 double Multigrid::apply(const parallel::Threads& threads, LinearSystem& system, std::span<const float> r,
                         std::span<float> z) {
-  const GaussSeidel& smoother = smoother_.front();
+  GaussSeidel& smoother = smoother_.front();
   const auto for_slices = [&](auto&& body) {
     parallel::for_chunks(
         threads, matrix_->slice_count(), slice_grain,
         [&](std::size_t begin, std::size_t end, std::size_t chunk) { body(begin, end, chunk); });
   };
-  std::ranges::fill(vector_, simd::Quad{});
   smoother.forward(threads, system, r, vector_);
   system.couplings().multiply(threads, vector_);
   const simd::SmootherRows rows = smoother.rows(system, rotations_.data());
   for_slices([&](std::size_t begin, std::size_t end, std::size_t) {
-    simd::rotated_residual(rows, r.data(), vector_.data(), rotated_.data(), begin, end);
+    simd::rotated_residual(rows, smoother.rest(), vector_.data(), rotated_.data(), begin, end);
   });
   CoarseLevel& coarse = levels_.front();
   parallel::for_chunks(threads, coarse.size(), node_grain,

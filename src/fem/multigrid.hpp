@@ -87,6 +87,7 @@ class Multigrid {
   simd::AlignedVector<simd::Quad> positions_;  ///< by row
   simd::AlignedVector<simd::Quad> vector_;     ///< by row
   simd::AlignedVector<simd::Quad> rotated_;    ///< by row
+  std::vector<WeightRows> weights_;            ///< of couplings: scratch
   std::vector<std::uint32_t> block_limits_;    ///< scratch
   std::vector<double> partial_;
 };

@@ -118,9 +118,15 @@ BlockRows<3, 3> Multigrid::matrix_at_reference() const {
       for (int j = 0; j < 4; ++j) {
         const Index other = at(corners, j);
         if (at(row_of, other) < 0) continue;
+        Dense<3, 3>& sum = block(other);
+        const Matrix3 stiffness = elements.stiffness_rest(e, own, j);
+        if (reference_.empty()) {
+          for (std::size_t k = 0; k < 9; ++k) sum[k] += stiffness.values[k];
+          continue;
+        }
         Dense<3, 3> turned{};
-        add_product<3, 3, 3>(turned, at(rotations, e).values, elements.stiffness_rest(e, own, j).values);
-        subtract_product_transposed<3, 3, 3>(block(other), turned, minus(at(rotations, e)).values);
+        add_product<3, 3, 3>(turned, at(rotations, e).values, stiffness.values);
+        subtract_product_transposed<3, 3, 3>(sum, turned, minus(at(rotations, e)).values);
       }
     }
     for (const SmoothingDomains::Entry& entry : elements.smoothing().entries(point)) {

@@ -14,11 +14,11 @@ using Dense = std::array<double, N * M>;
 template <std::size_t N, std::size_t K, std::size_t M>
 void add_product(Dense<N, M>& s, const Dense<N, K>& a, const Dense<K, M>& b) {
   for (std::size_t i = 0; i < N; ++i) {
-    for (std::size_t j = 0; j < M; ++j) {
-      double sum = 0.0;
-      for (std::size_t k = 0; k < K; ++k) sum += a[K * i + k] * b[M * k + j];
-      s[M * i + j] += sum;
+    std::array<double, M> sum{};  // by rows of b, so that compilers use SIMD
+    for (std::size_t k = 0; k < K; ++k) {
+      for (std::size_t j = 0; j < M; ++j) sum[j] += a[K * i + k] * b[M * k + j];
     }
+    for (std::size_t j = 0; j < M; ++j) s[M * i + j] += sum[j];
   }
 }
 
@@ -26,11 +26,11 @@ void add_product(Dense<N, M>& s, const Dense<N, K>& a, const Dense<K, M>& b) {
 template <std::size_t N, std::size_t K, std::size_t M>
 void add_transposed_product(Dense<N, M>& s, const Dense<K, N>& a, const Dense<K, M>& b) {
   for (std::size_t i = 0; i < N; ++i) {
-    for (std::size_t j = 0; j < M; ++j) {
-      double sum = 0.0;
-      for (std::size_t k = 0; k < K; ++k) sum += a[N * k + i] * b[M * k + j];
-      s[M * i + j] += sum;
+    std::array<double, M> sum{};
+    for (std::size_t k = 0; k < K; ++k) {
+      for (std::size_t j = 0; j < M; ++j) sum[j] += a[N * k + i] * b[M * k + j];
     }
+    for (std::size_t j = 0; j < M; ++j) s[M * i + j] += sum[j];
   }
 }
 

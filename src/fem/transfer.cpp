@@ -53,71 +53,6 @@ Dense<N, 6> rigid_motion(const Node& part, const Node& whole) {
   return motion;
 }
 
-std::vector<Index> aggregate(const NodeGraph& graph) {
-  const std::size_t count = graph.begin.size() - 1;
-  std::vector<Index> of(count, -1);
-  const auto near = [&](std::size_t i) {
-    return graph.columns.subspan(graph.begin[i], graph.begin[i + 1] - graph.begin[i]);
-  };
-  Index next = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    if (of[i] >= 0 || std::ranges::any_of(near(i), [&](auto j) { return of[j] >= 0; })) continue;
-    of[i] = next;
-    for (const std::uint32_t j : near(i)) of[j] = next;
-    ++next;
-  }
-  // Join the aggregate that most of the node's neighbours joined in the first pass.
-  std::vector<Index> joined = of;
-  std::vector<Index> around;
-  for (std::size_t i = 0; i < count; ++i) {
-    if (of[i] >= 0) continue;
-    around.clear();
-    for (const std::uint32_t j : near(i)) {
-      if (of[j] >= 0) around.push_back(of[j]);
-    }
-    std::ranges::sort(around);
-    std::ptrdiff_t most = 0;
-    for (auto first = around.begin(); first != around.end();) {
-      const auto last = std::upper_bound(first, around.end(), *first);
-      if (last - first > most) joined[i] = *first;
-      most = std::max(most, last - first);
-      first = last;
-    }
-  }
-  return joined;
-}
-
-std::vector<Node> nodes_of(std::span<const Index> aggregate_of_node, std::span<const Node> nodes) {
-  const Index count = aggregate_of_node.empty() ? 0 : std::ranges::max(aggregate_of_node) + 1;
-  std::vector<Node> aggregates(static_cast<std::size_t>(count));
-  std::vector<double> members(aggregates.size(), 0.0);
-  std::vector<double> own(aggregates.size(), 0.0);  // squared radii of the members
-  std::vector<Matrix3> squares(aggregates.size());
-  for (std::size_t i = 0; i < nodes.size(); ++i) {
-    Node& whole = at(aggregates, aggregate_of_node[i]);
-    whole.middle += nodes[i].middle;
-    whole.body = nodes[i].body;
-    at(members, aggregate_of_node[i]) += 1.0;
-  }
-  for (std::size_t a = 0; a < aggregates.size(); ++a)
-    aggregates[a].middle = (1.0 / members[a]) * aggregates[a].middle;
-  for (std::size_t i = 0; i < nodes.size(); ++i) {
-    const Vec3 d = nodes[i].middle - at(aggregates, aggregate_of_node[i]).middle;
-    add_outer(at(squares, aggregate_of_node[i]), 1.0, d, d);
-    at(own, aggregate_of_node[i]) += nodes[i].radius * nodes[i].radius;
-  }
-  for (std::size_t a = 0; a < aggregates.size(); ++a) {
-    const Matrix3& s = squares[a];
-    const double size = s(0, 0) + s(1, 1) + s(2, 2);
-    const Matrix3 minors = cofactors(s);
-    const double flat = minors(0, 0) + minors(1, 1) + minors(2, 2);
-    constexpr double line = 1e-4;
-    const bool rotates = own[a] > 0.0 || flat > line * line * size * size;
-    aggregates[a].radius = rotates ? std::sqrt((size + own[a]) / members[a]) : 0.0;
-  }
-  return aggregates;
-}
-
 namespace {
 
 template <std::size_t N>
@@ -215,6 +150,7 @@ class Minimiser {
     }
     transfer_.blocks.assign(transfer_.columns.size(), {});
     inverse_diagonal_.resize(nodes_.size());
+    inverse_squares_.resize(nodes_.size());
     for_each_node([&](std::size_t i) {
       for_each_block(i, [&](std::size_t k) {
         if (transfer_.columns[k] == static_cast<std::uint32_t>(of_[i]))
@@ -223,6 +159,7 @@ class Minimiser {
       for (std::uint32_t k = a_.begin[i]; k < a_.begin[i + 1]; ++k) {
         if (a_.columns[k] == i) inverse_diagonal_[i] = inverse_semi_definite<N>(a_.blocks[k]);
       }
+      inverse_squares_[i] = inverse_squares(i);
     });
   }
 
@@ -230,37 +167,65 @@ class Minimiser {
   void multiply(const std::vector<Block>& x, std::vector<Block>& y) {
     for_each_node([&](std::size_t i) {
       for_each_block(i, [&](std::size_t k) { y[k] = {}; });
-      const std::uint32_t* first = transfer_.columns.data() + transfer_.begin[i];
-      const std::uint32_t* last = transfer_.columns.data() + transfer_.begin[i + 1];
+      const std::uint32_t last = transfer_.begin[i + 1];
       for (std::uint32_t e = a_.begin[i]; e < a_.begin[i + 1]; ++e) {
-        for_each_block(a_.columns[e], [&](std::size_t k) {
-          const std::uint32_t* place = std::lower_bound(first, last, transfer_.columns[k]);
-          if (place == last || *place != transfer_.columns[k]) return;
-          add_product<N, N, 6>(y[static_cast<std::size_t>(place - transfer_.columns.data())], a_.blocks[e],
-                               x[k]);
+        std::uint32_t place = transfer_.begin[i];
+        for_each_block(a_.columns[e], [&](std::size_t k) {  // both lists of columns ascend
+          while (place < last && transfer_.columns[place] < transfer_.columns[k]) ++place;
+          if (place < last && transfer_.columns[place] == transfer_.columns[k])
+            add_product<N, N, 6>(y[place], a_.blocks[e], x[k]);
         });
       }
       project(i, y);
     });
   }
 
-  /// Projects a row so that it has no effect on rigid motions.
-  void project(std::size_t i, std::vector<Block>& y) {
+  /// The node with the radius of its aggregate: the frame in which project() describes rigid motions.
+  [[nodiscard]] Node frame_of(std::size_t i) const {
     Node here = at(aggregates_, of_[i]);
     here.middle = nodes_[i].middle;
     if (here.radius == 0.0) here.radius = 1.0;
+    return here;
+  }
+
+  /// Inverse of the sum of M^T M over the aggregates of a node, with their rigid motions M.
+  [[nodiscard]] Dense<6, 6> inverse_squares(std::size_t i) {
+    const Node here = frame_of(i);
     Dense<6, 6> squares{};
-    Dense<N, 6> moved{};
     for_each_block(i, [&](std::size_t k) {
       const Dense<6, 6> motion = rigid_motion<6>(aggregates_[transfer_.columns[k]], here);
       add_transposed_product<6, 6, 6>(squares, motion, motion);
-      add_product<N, 6, 6>(moved, y[k], motion);
+    });
+    return inverse_semi_definite<6>(squares);
+  }
+
+  /// Projects a row so that it has no effect on rigid motions.
+  void project(std::size_t i, std::vector<Block>& y) {
+    const Node here = frame_of(i);
+    Dense<N, 6> moved{};
+    for_each_block(i, [&](std::size_t k) {
+      const Dense<6, 6> m = rigid_motion<6>(aggregates_[transfer_.columns[k]], here);
+      for (std::size_t r = 0; r < N; ++r) {  // moved += y m, without the zeros of m
+        const double* v = &y[k][6 * r];
+        double* sum = &moved[6 * r];
+        for (std::size_t e = 0; e < 3; ++e) sum[e] += v[e];
+        sum[3] += v[1] * m[9] + v[2] * m[15] + v[3] * m[21];
+        sum[4] += v[0] * m[4] + v[2] * m[16] + v[4] * m[28];
+        sum[5] += v[0] * m[5] + v[1] * m[11] + v[5] * m[35];
+      }
     });
     Dense<N, 6> coefficients{};
-    add_product<N, 6, 6>(coefficients, moved, inverse_semi_definite<6>(squares));
+    add_product<N, 6, 6>(coefficients, moved, inverse_squares_[i]);
     for_each_block(i, [&](std::size_t k) {
-      subtract_product_transposed<N, 6, 6>(y[k], coefficients,
-                                           rigid_motion<6>(aggregates_[transfer_.columns[k]], here));
+      const Dense<6, 6> m = rigid_motion<6>(aggregates_[transfer_.columns[k]], here);
+      for (std::size_t r = 0; r < N; ++r) {  // y -= coefficients m^T
+        const double* c = &coefficients[6 * r];
+        double* v = &y[k][6 * r];
+        v[0] -= c[0] + c[4] * m[4] + c[5] * m[5];
+        v[1] -= c[1] + c[3] * m[9] + c[5] * m[11];
+        v[2] -= c[2] + c[3] * m[15] + c[4] * m[16];
+        for (std::size_t e = 3; e < 6; ++e) v[e] -= c[e] * m[7 * e];
+      }
     });
   }
 
@@ -278,6 +243,7 @@ class Minimiser {
   std::span<const Node> aggregates_;
   BlockRows<N, 6> transfer_;
   std::vector<Dense<N, N>> inverse_diagonal_;
+  std::vector<Dense<6, 6>> inverse_squares_;
 };
 
 }  // namespace

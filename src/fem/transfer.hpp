@@ -51,8 +51,9 @@ NodeGraph graph_of(const BlockRows<N, M>& rows) {
   return {rows.begin, rows.columns};
 }
 
-/// Aggregate of each node. A node and its neighbours form an aggregate if none of them is in one yet. Then
-/// the remaining nodes join an aggregate of their neighbours. All connections have equal weight. O(pattern).
+/// Aggregate of each node. A node and its neighbours form an aggregate if none of them is in one yet. Nodes
+/// are tried breadth first, so that aggregates lie close to each other. Then the remaining nodes join an
+/// aggregate of their neighbours. All connections have equal weight. O(pattern).
 std::vector<Index> aggregate(const NodeGraph& graph);
 
 /// The nodes that the aggregates form.

@@ -74,27 +74,103 @@ HWY_INLINE Three load_three(const float* values) {
   const Floats d;
   return {hn::LoadU(d, values), hn::LoadU(d, values + slice_rows), hn::LoadU(d, values + 2 * slice_rows)};
 }
+HWY_INLINE void store_three(const Three& v, float* values) {
+  const Floats d;
+  for (std::size_t k = 0; k < 3; ++k) hn::StoreU(v[k], d, values + slice_rows * k);
+}
+
+/// y -= K z for one slot of a slice.
+HWY_INLINE void subtract_slot(const SlicedRows& rows, const QuadLanes& z, std::size_t slot, std::size_t lane,
+                              Three& y) {
+  constexpr std::size_t ahead = 4;
+  const Floats d;
+  const float* values = rows.values + slot_values * slot + lane;
+  for (std::size_t k = 0; k < 9; ++k) hwy::Prefetch(values + slot_values * ahead + slice_rows * k);
+  const auto entry = [&](std::size_t k) { return hn::LoadU(d, values + slice_rows * k); };
+  for (std::size_t i = 0; i < 3; ++i) {
+    y[i] = hn::NegMulAdd(entry(3 * i), z.x,
+                         hn::NegMulAdd(entry(3 * i + 1), z.y, hn::NegMulAdd(entry(3 * i + 2), z.z, y[i])));
+  }
+}
+
+/// y minus the part of A z from earlier colours. Later rows of z are zero.
+HWY_INLINE void subtract_earlier(const SlicedRows& rows, const Quad* z, std::size_t slice, std::size_t lane,
+                                 Three& y) {
+  for (std::size_t slot = rows.slot_begin[slice]; slot < rows.halves[slice].last_earlier; ++slot)
+    subtract_slot(rows, load_quads(z, rows.columns + slice_rows * slot + lane), slot, lane, y);
+}
+
+/// y minus the part of A z from later colours.
+HWY_INLINE void subtract_later(const SlicedRows& rows, const Quad* z, std::size_t slice, std::size_t lane,
+                               Three& y) {
+  const hn::RebindToSigned<Floats> integers;
+  const SliceHalves& halves = rows.halves[slice];
+  const auto first = hn::Set(integers, static_cast<std::int32_t>(halves.color_begin));
+  const std::size_t last = rows.slot_begin[slice + 1];
+  for (std::size_t slot = halves.first_later; slot < last; ++slot) {
+    const std::uint32_t* columns = rows.columns + slice_rows * slot + lane;
+    QuadLanes other = load_quads(z, columns);
+    if (slot < halves.last_earlier) {
+      const auto places = hn::LoadU(integers, reinterpret_cast<const std::int32_t*>(columns));
+      const auto earlier = hn::RebindMask(Floats(), hn::Lt(places, first));
+      other.x = hn::IfThenZeroElse(earlier, other.x);
+      other.y = hn::IfThenZeroElse(earlier, other.y);
+      other.z = hn::IfThenZeroElse(earlier, other.z);
+    }
+    subtract_slot(rows, other, slot, lane, y);
+  }
+}
+
+HWY_INLINE bool has_couplings(const CouplingRows& couplings, std::size_t slice) {
+  return couplings.begin[slice_rows * slice] != couplings.begin[slice_rows * (slice + 1)];
+}
+
+/// start + A v with a symmetric matrix for each row.
+HWY_INLINE Three add_symmetric(const float* matrix, const Three& v, const Three& start) {
+  const Floats d;
+  const auto entry = [&](std::size_t k) { return hn::LoadU(d, matrix + slice_rows * k); };
+  const FloatV xy = entry(3);
+  const FloatV xz = entry(4);
+  const FloatV yz = entry(5);
+  return {hn::MulAdd(entry(0), v[0], hn::MulAdd(xy, v[1], hn::MulAdd(xz, v[2], start[0]))),
+          hn::MulAdd(xy, v[0], hn::MulAdd(entry(1), v[1], hn::MulAdd(yz, v[2], start[1]))),
+          hn::MulAdd(xz, v[0], hn::MulAdd(yz, v[1], hn::MulAdd(entry(2), v[2], start[2])))};
+}
 
 void relax_slices(const SmootherRows& rows, const float* r, Quad* z, const std::uint32_t* slices,
                   std::size_t count) {
-  const Floats d;
   alignas(64) std::array<float, slice_values> y;
   for (std::size_t s = 0; s < count; ++s) {
     const std::size_t slice = slices[s];
     residual_of_slice(rows, r, z, slice, y.data());
     for (std::size_t lane = 0; lane < slice_rows; lane += float_lanes) {
-      const Three v = load_three(y.data() + lane);
-      const float* inverse = rows.inverses + slice_symmetric * slice + lane;
-      const auto entry = [&](std::size_t k) { return hn::LoadU(d, inverse + slice_rows * k); };
-      const FloatV xy = entry(3);
-      const FloatV xz = entry(4);
-      const FloatV yz = entry(5);
       Quad* place = z + slice_rows * slice + lane;
-      QuadLanes own = load_rows_of(place);
-      own.x = hn::MulAdd(entry(0), v[0], hn::MulAdd(xy, v[1], hn::MulAdd(xz, v[2], own.x)));
-      own.y = hn::MulAdd(xy, v[0], hn::MulAdd(entry(1), v[1], hn::MulAdd(yz, v[2], own.y)));
-      own.z = hn::MulAdd(xz, v[0], hn::MulAdd(yz, v[1], hn::MulAdd(entry(2), v[2], own.z)));
-      store_rows_of(own, place);
+      const QuadLanes own = load_rows_of(place);
+      const Three sum = add_symmetric(rows.inverses + slice_symmetric * slice + lane,
+                                      load_three(y.data() + lane), {own.x, own.y, own.z});
+      store_rows_of({sum[0], sum[1], sum[2], hn::Zero(Floats())}, place);
+    }
+  }
+}
+
+void relax_from_zero(const SmootherRows& rows, const float* r, Quad* z, float* rest,
+                     const std::uint32_t* slices, std::size_t count) {
+  const FloatV zero = hn::Zero(Floats());
+  alignas(64) std::array<float, slice_values> y;
+  for (std::size_t s = 0; s < count; ++s) {
+    const std::size_t slice = slices[s];
+    const bool coupled = has_couplings(rows.couplings, slice);
+    for (std::size_t lane = 0; lane < slice_rows; lane += float_lanes) {
+      Three v = load_three(r + slice_values * slice + lane);
+      subtract_earlier(rows.rows, z, slice, lane, v);
+      store_three(v, y.data() + lane);
+      if (coupled) store_three(v, rest + slice_values * slice + lane);
+    }
+    set_couplings(rows.couplings, slice, y.data());
+    for (std::size_t lane = 0; lane < slice_rows; lane += float_lanes) {
+      const Three sum = add_symmetric(rows.inverses + slice_symmetric * slice + lane,
+                                      load_three(y.data() + lane), {zero, zero, zero});
+      store_rows_of({sum[0], sum[1], sum[2], zero}, z + slice_rows * slice + lane);
     }
   }
 }
@@ -107,11 +183,24 @@ HWY_INLINE Matrix load_rotation(const SmootherRows& rows, std::size_t slice, std
   return m;
 }
 
-void rotated_residual(const SmootherRows& rows, const float* r, const Quad* z, Quad* t, std::size_t begin,
+void rotated_residual(const SmootherRows& rows, const float* rest, const Quad* z, Quad* t, std::size_t begin,
                       std::size_t end) {
+  const FloatV zero = hn::Zero(Floats());
   alignas(64) std::array<float, slice_values> y;
   for (std::size_t slice = begin; slice < end; ++slice) {
-    residual_of_slice(rows, r, z, slice, y.data());
+    const bool coupled = has_couplings(rows.couplings, slice);
+    for (std::size_t lane = 0; lane < slice_rows; lane += float_lanes) {
+      Three v{zero, zero, zero};
+      if (coupled) {
+        const QuadLanes own = load_rows_of(z + slice_rows * slice + lane);
+        v = add_symmetric(rows.diagonals + slice_symmetric * slice + lane,
+                          {hn::Neg(own.x), hn::Neg(own.y), hn::Neg(own.z)},
+                          load_three(rest + slice_values * slice + lane));
+      }
+      subtract_later(rows.rows, z, slice, lane, v);
+      store_three(v, y.data() + lane);
+    }
+    set_couplings(rows.couplings, slice, y.data());
     for (std::size_t lane = 0; lane < slice_rows; lane += float_lanes) {
       const Three v = load_three(y.data() + lane);
       const Matrix m = load_rotation(rows, slice, lane);
@@ -172,60 +261,11 @@ void listed_products(const CouplingTerm* couplings, const Quad* x, Quad* product
   }
 }
 
-HWY_INLINE FloatV cofactor(const Matrix& m, std::size_t i, std::size_t j) {
-  const std::size_t a = (i + 1) % 3;
-  const std::size_t b = (i + 2) % 3;
-  const std::size_t c = (j + 1) % 3;
-  const std::size_t e = (j + 2) % 3;
-  return hn::MulSub(m[3 * a + c], m[3 * b + e], hn::Mul(m[3 * a + e], m[3 * b + c]));
-}
-
-/// X <- (X + X^-T) / 2
-HWY_INLINE void polar_step(Matrix& m) {
-  const Floats d;
-  Matrix c;
-  for (std::size_t i = 0; i < 3; ++i) {
-    for (std::size_t j = 0; j < 3; ++j) c[3 * i + j] = cofactor(m, i, j);
-  }
-  const FloatV det = hn::MulAdd(m[0], c[0], hn::MulAdd(m[1], c[1], hn::Mul(m[2], c[2])));
-  const FloatV half = hn::Set(d, 0.5F);
-  const FloatV inverse = hn::Div(half, det);
-  for (std::size_t k = 0; k < 9; ++k) m[k] = hn::MulAdd(inverse, c[k], hn::Mul(half, m[k]));
-}
-
-void find_rotations(const RotationRows& rows, const Quad* positions, float* rotations, std::size_t begin,
-                    std::size_t end) {
-  const Floats d;
-  constexpr std::array<float, 9> unit{1, 0, 0, 0, 1, 0, 0, 0, 1};
-  for (std::size_t i = begin * slice_rows; i < end * slice_rows; i += float_lanes) {
-    const std::size_t slice = i / slice_rows;
-    const std::size_t lane = i % slice_rows;
-    const QuadLanes own = load_rows_of(positions + i);
-    Matrix f;
-    f.fill(hn::Zero(d));
-    for (std::size_t slot = rows.slot_begin[slice]; slot < rows.slot_begin[slice + 1]; ++slot) {
-      const QuadLanes other = load_quads(positions, rows.columns + slice_rows * slot + lane);
-      const Three u{hn::Sub(other.x, own.x), hn::Sub(other.y, own.y), hn::Sub(other.z, own.z)};
-      for (std::size_t k = 0; k < 3; ++k) {
-        const FloatV e = hn::LoadU(d, rows.edges + slice_values * slot + slice_rows * k + lane);
-        for (std::size_t r = 0; r < 3; ++r) f[3 * r + k] = hn::MulAdd(u[r], e, f[3 * r + k]);
-      }
-    }
-    const FloatV det = hn::MulAdd(f[0], cofactor(f, 0, 0),
-                                  hn::MulAdd(f[1], cofactor(f, 0, 1), hn::Mul(f[2], cofactor(f, 0, 2))));
-    const auto good = hn::And(hn::Gt(det, hn::Set(d, 0.1F)), hn::Lt(det, hn::Set(d, 10.0F)));
-    for (std::size_t k = 0; k < 9; ++k) f[k] = hn::IfThenElse(good, f[k], hn::Set(d, unit[k]));
-    for (int step = 0; step < 8; ++step) polar_step(f);
-    for (std::size_t k = 0; k < 9; ++k)
-      hn::StoreU(f[k], d, rotations + slot_values * slice + slice_rows * k + lane);
-  }
-}
-
 #else
 
 using scalar::add_rotated;
-using scalar::find_rotations;
 using scalar::listed_products;
+using scalar::relax_from_zero;
 using scalar::relax_slices;
 using scalar::rotated_residual;
 using scalar::store_slices;
@@ -239,19 +279,23 @@ HWY_AFTER_NAMESPACE();
 namespace palpate::simd {
 
 HWY_EXPORT(relax_slices);
+HWY_EXPORT(relax_from_zero);
 HWY_EXPORT(rotated_residual);
 HWY_EXPORT(add_rotated);
 HWY_EXPORT(store_slices);
 HWY_EXPORT(listed_products);
-HWY_EXPORT(find_rotations);
 
 void relax_slices(const SmootherRows& rows, const float* r, Quad* z, const std::uint32_t* slices,
                   std::size_t count) {
   HWY_DYNAMIC_DISPATCH(relax_slices)(rows, r, z, slices, count);
 }
-void rotated_residual(const SmootherRows& rows, const float* r, const Quad* z, Quad* t, std::size_t begin,
+void relax_from_zero(const SmootherRows& rows, const float* r, Quad* z, float* rest,
+                     const std::uint32_t* slices, std::size_t count) {
+  HWY_DYNAMIC_DISPATCH(relax_from_zero)(rows, r, z, rest, slices, count);
+}
+void rotated_residual(const SmootherRows& rows, const float* rest, const Quad* z, Quad* t, std::size_t begin,
                       std::size_t end) {
-  HWY_DYNAMIC_DISPATCH(rotated_residual)(rows, r, z, t, begin, end);
+  HWY_DYNAMIC_DISPATCH(rotated_residual)(rows, rest, z, t, begin, end);
 }
 void add_rotated(const SmootherRows& rows, const Quad* u, Quad* z, std::size_t begin, std::size_t end) {
   HWY_DYNAMIC_DISPATCH(add_rotated)(rows, u, z, begin, end);
@@ -262,10 +306,6 @@ double store_slices(const Quad* z, const float* r, float* values, std::size_t be
 void listed_products(const CouplingTerm* couplings, const Quad* x, Quad* products, const std::uint32_t* list,
                      std::size_t count) {
   HWY_DYNAMIC_DISPATCH(listed_products)(couplings, x, products, list, count);
-}
-void find_rotations(const RotationRows& rows, const Quad* positions, float* rotations, std::size_t begin,
-                    std::size_t end) {
-  HWY_DYNAMIC_DISPATCH(find_rotations)(rows, positions, rotations, begin, end);
 }
 
 }  // namespace palpate::simd

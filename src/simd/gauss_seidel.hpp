@@ -12,7 +12,8 @@ namespace palpate::simd {
 struct SmootherRows {
   SlicedRows rows;
   CouplingRows couplings;
-  const float* inverses;   ///< of diagonal blocks; slice_symmetric numbers for each slice
+  const float* diagonals;  ///< of the rows without couplings; slice_symmetric numbers for each slice
+  const float* inverses;   ///< of the smoother's diagonal blocks, in the same layout
   const float* rotations;  ///< of rows; slot_values numbers for each slice
 };
 
@@ -20,8 +21,14 @@ struct SmootherRows {
 /// are coupled.
 void relax_slices(const SmootherRows& rows, const float* r, Quad* z, const std::uint32_t* slices,
                   std::size_t count);
-/// t = R^T (r - A z) in slices [begin, end).
-void rotated_residual(const SmootherRows& rows, const float* r, const Quad* z, Quad* t, std::size_t begin,
+/// The same in a forward sweep from z = 0, where rows of later colours are still zero. In slices with
+/// couplings, stores in `rest` r minus the part of A z from earlier colours, without couplings.
+/// \param rest  slice_values numbers for each slice
+void relax_from_zero(const SmootherRows& rows, const float* r, Quad* z, float* rest,
+                     const std::uint32_t* slices, std::size_t count);
+/// t = R^T (r - A z) in slices [begin, end) after a forward sweep from zero. Needs only the columns of later
+/// colours, since the sweep left no residual at its time.
+void rotated_residual(const SmootherRows& rows, const float* rest, const Quad* z, Quad* t, std::size_t begin,
                       std::size_t end);
 /// z += R u in slices [begin, end).
 void add_rotated(const SmootherRows& rows, const Quad* u, Quad* z, std::size_t begin, std::size_t end);
@@ -48,7 +55,9 @@ void find_rotations(const RotationRows& rows, const Quad* positions, float* rota
 namespace scalar {
 void relax_slices(const SmootherRows& rows, const float* r, Quad* z, const std::uint32_t* slices,
                   std::size_t count);
-void rotated_residual(const SmootherRows& rows, const float* r, const Quad* z, Quad* t, std::size_t begin,
+void relax_from_zero(const SmootherRows& rows, const float* r, Quad* z, float* rest,
+                     const std::uint32_t* slices, std::size_t count);
+void rotated_residual(const SmootherRows& rows, const float* rest, const Quad* z, Quad* t, std::size_t begin,
                       std::size_t end);
 void add_rotated(const SmootherRows& rows, const Quad* u, Quad* z, std::size_t begin, std::size_t end);
 double store_slices(const Quad* z, const float* r, float* values, std::size_t begin, std::size_t end);

@@ -29,6 +29,16 @@ Matrix rotation_of(const SmootherRows& rows, std::size_t row) {
   return m;
 }
 
+Quad without_couplings(const CouplingRows& couplings, std::size_t row, Quad y) {
+  for (std::int32_t e = couplings.begin[row]; e < couplings.begin[row + 1]; ++e) {
+    const CouplingEntry& entry = couplings.entries[e];
+    const Quad& product = couplings.products[entry.coupling];
+    const float c = entry.coefficient;
+    y = {y.x - c * product.x, y.y - c * product.y, y.z - c * product.z, 0.0F};
+  }
+  return y;
+}
+
 Quad residual_of(const SmootherRows& all, const float* r, const Quad* z, std::size_t row) {
   const SlicedRows& rows = all.rows;
   const std::size_t slice = row / slice_rows;
@@ -46,13 +56,37 @@ Quad residual_of(const SmootherRows& all, const float* r, const Quad* z, std::si
     };
     y = {y.x + entry(0), y.y + entry(3), y.z + entry(6), 0.0F};
   }
-  for (std::int32_t e = all.couplings.begin[row]; e < all.couplings.begin[row + 1]; ++e) {
-    const CouplingEntry& entry = all.couplings.entries[e];
-    const Quad& product = all.couplings.products[entry.coupling];
-    const float c = entry.coefficient;
-    y = {y.x - c * product.x, y.y - c * product.y, y.z - c * product.z, 0.0F};
+  return without_couplings(all.couplings, row, y);
+}
+
+/// y - K z with the columns that belong to earlier colours or, if `later`, to the others.
+Quad without_columns(const SlicedRows& rows, const Quad* z, std::size_t row, bool later, Quad y) {
+  const std::size_t slice = row / slice_rows;
+  const std::size_t lane = row % slice_rows;
+  for (std::size_t slot = rows.slot_begin[slice]; slot < rows.slot_begin[slice + 1]; ++slot) {
+    const std::uint32_t column = rows.columns[slice_rows * slot + lane];
+    if ((column >= rows.halves[slice].color_begin) != later) continue;
+    const Quad& u = z[column];
+    const float* k = rows.values + slot_values * slot + lane;
+    const auto entry = [&](std::size_t i) {
+      return k[slice_rows * i] * u.x + k[slice_rows * (i + 1)] * u.y + k[slice_rows * (i + 2)] * u.z;
+    };
+    y = {y.x - entry(0), y.y - entry(3), y.z - entry(6), 0.0F};
   }
   return y;
+}
+
+/// start + A v with the symmetric matrix of a row.
+Quad add_symmetric(const float* matrices, std::size_t row, const Quad& v, const Quad& start) {
+  const float* matrix = matrices + slice_symmetric * (row / slice_rows) + row % slice_rows;
+  const auto entry = [&](std::size_t k) { return matrix[slice_rows * k]; };
+  return {start.x + entry(0) * v.x + entry(3) * v.y + entry(4) * v.z,
+          start.y + entry(3) * v.x + entry(1) * v.y + entry(5) * v.z,
+          start.z + entry(4) * v.x + entry(5) * v.y + entry(2) * v.z, 0.0F};
+}
+
+bool has_couplings(const CouplingRows& couplings, std::size_t slice) {
+  return couplings.begin[slice_rows * slice] != couplings.begin[slice_rows * (slice + 1)];
 }
 
 }  // namespace
@@ -64,21 +98,39 @@ void relax_slices(const SmootherRows& rows, const float* r, Quad* z, const std::
     for (std::size_t lane = 0; lane < slice_rows; ++lane)
       y[lane] = residual_of(rows, r, z, slice_rows * slices[s] + lane);
     for (std::size_t lane = 0; lane < slice_rows; ++lane) {
-      const float* inverse = rows.inverses + slice_symmetric * slices[s] + lane;
-      const auto entry = [&](std::size_t k) { return inverse[slice_rows * k]; };
-      const Quad& v = y[lane];
-      Quad& own = z[slice_rows * slices[s] + lane];
-      own = {own.x + entry(0) * v.x + entry(3) * v.y + entry(4) * v.z,
-             own.y + entry(3) * v.x + entry(1) * v.y + entry(5) * v.z,
-             own.z + entry(4) * v.x + entry(5) * v.y + entry(2) * v.z, 0.0F};
+      const std::size_t row = slice_rows * slices[s] + lane;
+      z[row] = add_symmetric(rows.inverses, row, y[lane], z[row]);
     }
   }
 }
 
-void rotated_residual(const SmootherRows& rows, const float* r, const Quad* z, Quad* t, std::size_t begin,
+void relax_from_zero(const SmootherRows& rows, const float* r, Quad* z, float* rest,
+                     const std::uint32_t* slices, std::size_t count) {
+  for (std::size_t s = 0; s < count; ++s) {
+    for (std::size_t row = slice_rows * slices[s]; row < slice_rows * (slices[s] + 1); ++row) {
+      const std::size_t place = place_of(row);
+      const Quad right{r[place], r[place + slice_rows], r[place + 2 * slice_rows], 0.0F};
+      const Quad y = without_columns(rows.rows, z, row, false, right);
+      if (has_couplings(rows.couplings, slices[s])) {
+        rest[place] = y.x;
+        rest[place + slice_rows] = y.y;
+        rest[place + 2 * slice_rows] = y.z;
+      }
+      z[row] = add_symmetric(rows.inverses, row, without_couplings(rows.couplings, row, y), {});
+    }
+  }
+}
+
+void rotated_residual(const SmootherRows& rows, const float* rest, const Quad* z, Quad* t, std::size_t begin,
                       std::size_t end) {
   for (std::size_t row = begin * slice_rows; row < end * slice_rows; ++row) {
-    const Quad y = residual_of(rows, r, z, row);
+    Quad y;
+    if (has_couplings(rows.couplings, row / slice_rows)) {
+      const std::size_t place = place_of(row);
+      y = add_symmetric(rows.diagonals, row, {-z[row].x, -z[row].y, -z[row].z, 0.0F},
+                        {rest[place], rest[place + slice_rows], rest[place + 2 * slice_rows], 0.0F});
+    }
+    y = without_couplings(rows.couplings, row, without_columns(rows.rows, z, row, true, y));
     const Matrix m = rotation_of(rows, row);
     t[row] = {m[0] * y.x + m[3] * y.y + m[6] * y.z, m[1] * y.x + m[4] * y.y + m[7] * y.z,
               m[2] * y.x + m[5] * y.y + m[8] * y.z, 0.0F};

@@ -76,6 +76,30 @@ HWY_INLINE SixV difference_of(const SixV& a, const SixV& b) {
   return difference;
 }
 
+/// Indices of the values of a vector of six that multiply columns 2 c and 2 c + 1: four times each.
+HWY_INLINE auto column_pairs() {
+  const hn::RebindToSigned<Eight> integers;
+  std::array<decltype(hn::IndicesFromVec(Eight(), hn::Zero(integers))), 3> pairs;
+  for (std::size_t c = 0; c < 3; ++c) {
+    alignas(32) std::array<std::int32_t, 8> places;
+    for (std::size_t i = 0; i < 8; ++i) places[i] = static_cast<std::int32_t>((2 * c + i / 4) % lanes);
+    pairs[c] = hn::IndicesFromVec(Eight(), hn::Load(integers, places.data()));
+  }
+  return pairs;
+}
+/// Adds the product of columns 2 c and 2 c + 1 of four values each.
+template <class Indices>
+HWY_INLINE void add_pair(const float* columns, const Six& x, std::size_t c, const Indices& pair, SixV& sum) {
+  const Eight d;
+  if constexpr (parts == 1) {
+    sum[0] =
+        hn::MulAdd(hn::Load(d, columns), hn::TableLookupLanes(hn::Load(d, x.values.data()), pair), sum[0]);
+  } else {
+    for (std::size_t p = 0; p < parts; ++p)
+      sum[p] = hn::MulAdd(hn::Load(d, columns + lanes * p), hn::Set(d, x.values[2 * c + p]), sum[p]);
+  }
+}
+
 /// The product of those blocks of a row whose columns are in [low, high).
 HWY_INLINE SixV columns_product(const SixMatrix& a, const Six* x, std::size_t row, std::size_t low,
                                 std::size_t high) {
@@ -113,16 +137,20 @@ void multiply_six_by_three(const PaddedRows& a, const Quad* x, Six* y, std::size
 }
 
 void multiply_three_by_six(const PaddedRows& a, const Six* x, Quad* y, std::size_t begin, std::size_t end) {
-  const hn::FixedTag<float, 4> d;
+  // Two columns of four values in a vector of eight.
+  const hn::FixedTag<float, 4> four;
+  const auto pairs = column_pairs();
   for (std::size_t row = begin; row < end; ++row) {
-    std::array sums{hn::Zero(d), hn::Zero(d), hn::Zero(d)};
+    std::array sums{zero(), zero(), zero()};
     for (std::size_t k = a.begin[row]; k < a.begin[row + 1]; ++k) {
       const float* block = a.blocks + three_by_six * k;
       const Six& v = x[a.columns[k]];
-      for (std::size_t c = 0; c < 6; ++c)
-        sums[c % 3] = hn::MulAdd(hn::Load(d, block + 4 * c), hn::Set(d, v.values[c]), sums[c % 3]);
+      for (std::size_t c = 0; c < 3; ++c) add_pair(block + 8 * c, v, c, pairs[c], sums[c]);
     }
-    hn::Store(hn::Add(hn::Add(sums[0], sums[1]), sums[2]), d, &y[row].x);
+    Six values;
+    store(sum_of(sum_of(sums[0], sums[1]), sums[2]), values.values.data());
+    hn::Store(hn::Add(hn::Load(four, values.values.data()), hn::Load(four, values.values.data() + 4)), four,
+              &y[row].x);
   }
 }
 

@@ -17,12 +17,22 @@ inline constexpr std::size_t slice_symmetric = 6 * slice_rows;
 /// A 3x3 block for each row of a slice: the nine entries row by row.
 inline constexpr std::size_t slot_values = 9 * slice_rows;
 
+/// Rows are grouped by colour; rows of a colour are not connected. A row stores its blocks with rows of
+/// earlier colours first, then those of later colours. A slot may have earlier columns in some lanes and
+/// later ones in others.
+struct SliceHalves {
+  std::uint32_t first_later = 0;   ///< first slot with a column of a later colour
+  std::uint32_t last_earlier = 0;  ///< end of the slots with a column of an earlier colour
+  std::uint32_t color_begin = 0;   ///< first row of this slice's colour: smaller columns are earlier
+};
+
 /// A matrix diag(m) + K of 3x3 blocks, where K x in row i is the sum of K_ij (x_j - x_i). So a translation
 /// gives exactly no force, however the K_ij were rounded. Stored as SELL (Kreutzer et al., SIAM J. Sci.
 /// Comput. 36 (2014)) with 16 rows: slot s of a slice holds one block of each row, zeros where a row has
 /// fewer blocks.
 struct SlicedRows {
   const std::uint32_t* slot_begin;  ///< (n_slices + 1)
+  const SliceHalves* halves;        ///< (n_slices)
   const std::uint32_t* columns;     ///< 16 for each slot
   const float* values;              ///< slot_values numbers for each slot
   const float* masses;              ///< m; 16 for each slice

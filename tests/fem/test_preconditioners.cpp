@@ -28,14 +28,15 @@ TEST(EnvelopeCholesky, SolvesWhatEigenSolves) {
             a(6 * column + j, 6 * row + i) = a(6 * row + i, 6 * column + j);
           }
         }
+        Block6 block;
         for (int i = 0; i < 6; ++i) {
-          for (int j = 0; j < 6; ++j)
-            at(factor.block(row, column), 6 * i + j) = a(6 * row + i, 6 * column + j);
+          for (int j = 0; j < 6; ++j) at(block, 6 * i + j) = a(6 * row + i, 6 * column + j);
         }
+        factor.add(row, column, block);
       }
     }
     factor.factor();
-    std::vector<Vector6> b(first.size());
+    simd::AlignedVector<Vector6> b(first.size());
     Eigen::VectorXd right(n);
     for (Eigen::Index i = 0; i < n; ++i) right[i] = at(at(b, i / 6), i % 6) = uniform(random);
     factor.solve(b);
@@ -47,9 +48,11 @@ TEST(EnvelopeCholesky, SolvesWhatEigenSolves) {
 TEST(EnvelopeCholesky, LeavesOutWhatHasNoStiffness) {
   EnvelopeCholesky factor;
   factor.reset(std::vector<Index>{0});
-  for (std::size_t i = 0; i < 6; ++i) factor.block(0, 0)[7 * i] = i == 2 ? 0.0 : 4.0;
+  Block6 block{};
+  for (std::size_t i = 0; i < 6; ++i) block[7 * i] = i == 2 ? 0.0 : 4.0;
+  factor.add(0, 0, block);
   factor.factor();
-  std::vector<Vector6> b{{4.0, 8.0, 12.0, 16.0, 20.0, 24.0}};
+  simd::AlignedVector<Vector6> b{{4.0, 8.0, 12.0, 16.0, 20.0, 24.0}};
   factor.solve(b);
   EXPECT_EQ(b[0], (Vector6{1.0, 2.0, 0.0, 4.0, 5.0, 6.0}));
 }

@@ -8,6 +8,8 @@
 #include "fem/block_matrix.hpp"
 #include "fem/coupling.hpp"
 #include "fem/meshes.hpp"
+#include "fem/multigrid.hpp"
+#include "fem/system.hpp"
 #include "simd/corner_sums.hpp"
 #include "simd/sliced_rows.hpp"
 #include "support/simd_targets.hpp"
@@ -175,6 +177,20 @@ TEST(SameBits, ProductWithCouplings) {
       bytes.add(simd::multiply_slices(matrix.rows(), couplings.rows(), x.data(), y.data(), first, last));
     }
     bytes.add(y);
+  });
+}
+
+/// A whole cycle of multigrid, with its set-up: couplings of several nodes on each level, and the factor.
+TEST(SameBits, MultigridCycle) {
+  System s(1);
+  const auto positions = noisy(s.bodies, 0.02, 20);
+  const auto r = floats_by_row(s, s.random_free_vector(8));
+  expect_same_bits([&](Bytes& bytes) {
+    Multigrid multigrid(s.matrix);
+    multigrid.update(s.threads, s.system, positions);
+    std::vector<float> z(r.size());
+    bytes.add(multigrid.apply(s.threads, s.system, r, z));
+    bytes.add(z);
   });
 }
 

@@ -3,8 +3,11 @@
 #include <gtest/gtest.h>
 
 #include "fem/block_matrix.hpp"
+#include "fem/gauss_seidel.hpp"
 #include "fem/meshes.hpp"
 #include "fem/system.hpp"
+#include "simd/coupling_blocks.hpp"
+#include "simd/envelope.hpp"
 #include "simd/gauss_seidel.hpp"
 #include "simd/padded_rows.hpp"
 #include "support/simd_targets.hpp"
@@ -50,14 +53,21 @@ TEST(SimdTargets, SmootherKernelsEqualTheirTwins) {
   s.couplings.multiply(s.threads, start);
   const simd::SmootherRows rows{.rows = s.matrix.rows(),
                                 .couplings = s.couplings.rows(),
+                                .diagonals = s.matrix.diagonal_blocks().data(),
                                 .inverses = s.system.inverse_diagonal().data(),
                                 .rotations = rotations.data()};
   const std::vector<std::uint32_t> list(s.matrix.slices_of_color()[1].begin(),
                                         s.matrix.slices_of_color()[1].end());
   auto relaxed = start;
   simd::scalar::relax_slices(rows, r.data(), relaxed.data(), list.data(), list.size());
+  std::vector<float> rest(r.size());
+  auto earlier = start;  // a sweep from zero that has reached this colour
+  std::fill(earlier.begin() + static_cast<std::ptrdiff_t>(simd::slice_rows * list.front()), earlier.end(),
+            simd::Quad{});
+  auto first = earlier;
+  simd::scalar::relax_from_zero(rows, r.data(), first.data(), rest.data(), list.data(), list.size());
   std::vector<simd::Quad> residual(start.size());
-  simd::scalar::rotated_residual(rows, r.data(), start.data(), residual.data(), 0, slices);
+  simd::scalar::rotated_residual(rows, rest.data(), start.data(), residual.data(), 0, slices);
   auto added = start;
   simd::scalar::add_rotated(rows, residual.data(), added.data(), 0, slices);
   std::vector<float> values(r.size());
@@ -68,8 +78,13 @@ TEST(SimdTargets, SmootherKernelsEqualTheirTwins) {
     auto z = start;
     simd::relax_slices(rows, r.data(), z.data(), list.data(), list.size());
     expect_near(z, relaxed, target);
+    z = earlier;
+    std::vector<float> other_rest(r.size());
+    simd::relax_from_zero(rows, r.data(), z.data(), other_rest.data(), list.data(), list.size());
+    expect_near(z, first, target);
+    expect_near(other_rest, rest, target);
     std::vector<simd::Quad> t(start.size());
-    simd::rotated_residual(rows, r.data(), start.data(), t.data(), 0, slices);
+    simd::rotated_residual(rows, rest.data(), start.data(), t.data(), 0, slices);
     expect_near(t, residual, target);
     z = start;
     simd::add_rotated(rows, residual.data(), z.data(), 0, slices);
@@ -80,6 +95,33 @@ TEST(SimdTargets, SmootherKernelsEqualTheirTwins) {
     EXPECT_NEAR(sum, inner, 1e-5 * std::abs(inner)) << target;
   });
   EXPECT_GT(targets, 1);
+}
+
+/// Half of the matrix is left out, because the forward sweep has solved the rest.
+TEST(SimdTargets, ResidualAfterAForwardSweepIsThatOfTheWholeMatrix) {
+  System s(1);
+  const std::size_t slices = s.matrix.slice_count();
+  const auto r = floats_by_row(s, s.random_free_vector(2));
+  std::vector<float> rotations(simd::slot_values * slices, 0.0F);
+  for (std::size_t i = 0; i < rotations.size(); ++i) {
+    if (i / simd::slice_rows % 9 % 4 == 0) rotations[i] = 1.0F;
+  }
+  GaussSeidel smoother(s.matrix);
+  smoother.update(s.threads, s.system);
+  palpate::test::for_each_simd_target([&](const char* target) {
+    std::vector<simd::Quad> z(s.matrix.row_count());
+    smoother.forward(s.threads, s.system, r, z);
+    std::vector<float> product(r.size());
+    s.system.multiply(s.threads, z, product);
+    std::vector<simd::Quad> t(z.size());
+    simd::rotated_residual(smoother.rows(s.system, rotations.data()), smoother.rest(), z.data(), t.data(), 0,
+                           slices);
+    std::vector<float> found(r.size());
+    std::vector<float> expected(r.size());
+    simd::scalar::store_slices(t.data(), r.data(), found.data(), 0, slices);
+    for (std::size_t i = 0; i < r.size(); ++i) expected[i] = r[i] - product[i];
+    expect_near(found, expected, target);
+  });
 }
 
 TEST(SimdTargets, ListedProductsAreThoseOfTheCouplings) {
@@ -191,6 +233,71 @@ TEST(SimdTargets, KernelsOfCoarseLevelsEqualTheirTwins) {
         all(simd::multiply_six_by_three, simd::multiply_three_by_six, simd::multiply_six, simd::add_six,
             simd::relax_forward, simd::relax_backward, simd::relax_forward_from, simd::residual_above);
     for (std::size_t k = 0; k < expected.size(); ++k) expect_near(found[k], expected[k], target);
+  });
+}
+
+TEST(SimdTargets, BlocksOfCouplingsEqualTheirTwins) {
+  const auto random = [](std::size_t count, unsigned seed) {
+    const auto values = random_floats(count, seed);
+    return simd::AlignedVector<double>(values.begin(), values.end());
+  };
+  const auto jacobians = random(simd::three_rows * 4, 1);
+  const auto transfers = PaddedCase::filled(simd::six_rows * 4, 3);
+  const std::vector<simd::BlockTerm> terms{{0, 3, 1, 3}, {2, 0, 1, 1}, {1, 1, 0, 3}, {3, 2, 0, 1}};
+  const auto all = [&](auto&& outer, auto&& coarsen) {
+    auto blocks = random(simd::six_rows * 2, 4);
+    outer(jacobians.data(), terms.data(), terms.size(), blocks.data());
+    auto motions = random(simd::three_rows * 2, 5);
+    coarsen(jacobians.data(), transfers.data(), terms.data(), terms.size(), motions.data());
+    blocks.insert(blocks.end(), motions.begin(), motions.end());
+    return blocks;
+  };
+  const auto expected = all(simd::scalar::add_outer_products, simd::scalar::add_transfers);
+  palpate::test::for_each_simd_target([&](const char* target) {
+    const auto found = all(simd::add_outer_products, simd::add_transfers);
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      if (i % simd::row_of_six < 6) {  // not the padding
+        EXPECT_NEAR(found[i], expected[i], 1e-14) << target;
+      }
+    }
+  });
+}
+
+TEST(SimdTargets, EnvelopeFactorEqualsItsTwin) {
+  const std::vector<std::int32_t> first{0, 0, 1, 0, 4, 2, 5};
+  std::vector<std::size_t> begin;
+  std::size_t count = 0;
+  for (std::size_t row = 0; row < first.size(); ++row) {
+    begin.push_back(count - static_cast<std::size_t>(first[row]));
+    count += row + 1 - static_cast<std::size_t>(first[row]);
+  }
+  const auto values = random_floats(simd::envelope_block * count, 1);
+  const auto right = random_floats(simd::envelope_vector * first.size(), 2);
+  const auto all = [&](auto&& factor, auto&& solve) {
+    simd::AlignedVector<double> blocks(values.begin(), values.end());
+    simd::AlignedVector<double> transposed(blocks.size());
+    for (std::size_t row = 0; row < first.size(); ++row) {
+      double* diagonal = blocks.data() + simd::envelope_block * (begin[row] + row);
+      for (std::size_t i = 0; i < 6; ++i) {
+        for (std::size_t j = 0; j < i; ++j)
+          diagonal[simd::envelope_vector * i + j] = diagonal[simd::envelope_vector * j + i];
+        diagonal[(simd::envelope_vector + 1) * i] = 20.0;
+      }
+    }
+    const simd::Envelope a{first.size(), first.data(), begin.data(), blocks.data(), transposed.data()};
+    factor(a);
+    simd::AlignedVector<double> x(right.begin(), right.end());
+    solve(a, x.data());
+    std::vector<double> solution;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      if (i % simd::envelope_vector < 6) solution.push_back(x[i]);
+    }
+    return solution;
+  };
+  const auto expected = all(simd::scalar::factor_envelope, simd::scalar::solve_envelope);
+  palpate::test::for_each_simd_target([&](const char* target) {
+    const auto found = all(simd::factor_envelope, simd::solve_envelope);
+    for (std::size_t i = 0; i < found.size(); ++i) EXPECT_NEAR(found[i], expected[i], 1e-14) << target;
   });
 }
 
