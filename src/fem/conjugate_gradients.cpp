@@ -11,7 +11,7 @@ namespace {
 /// from the true one.
 constexpr double estimated_fraction = 0.9;
 constexpr double drift_fraction = 0.1;
-/// Safety factor of the error estimate from the changes of the solution (multigrid).
+/// Safety factor of the error estimate from the last change of the solution (multigrid).
 constexpr double safety = 2.0;
 /// If the float residual has fallen by this factor, few of its digits are correct.
 constexpr double stale_below = 1e-5;

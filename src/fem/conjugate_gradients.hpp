@@ -27,6 +27,8 @@ struct SolveGoal {
   bool rough = false;
   /// Number of block-Jacobi iterations that were not enough in an earlier solve (SolveReport), or 0.
   int jacobi_iterations = 0;
+  /// Error for each unit of the bound of the error, in an earlier solve with contacts (SolveReport), or 0.
+  double error_per_bound = 0.0;
   /// Exact number of iterations, regardless of the error; 0: until the tolerance is reached.
   int fixed_iterations = 0;
   /// Lower bounds of the two norms that the tolerance is relative to.
@@ -45,6 +47,9 @@ struct SolveReport {
   /// Number of block-Jacobi iterations that were not enough so far, with Preconditioner::automatic. The next
   /// solve begins with multigrid if that needs no more products.
   int jacobi_iterations = 0;
+  /// Of the last solve with contacts that was long enough to know its error: the estimate, divided by the
+  /// bound that follows from the residual (ContactSolver).
+  double error_per_bound = 0.0;
   bool converged = false;  ///< the goal is reached
   int solves = 1;          ///< number of solves that these iterations belong to
 };
@@ -148,7 +153,7 @@ class ConjugateGradients {
   std::vector<simd::VectorSums> partial_;
   std::vector<double> partial_sums_;
   ErrorEstimate estimate_;
-  ChangeEstimate change_estimate_;  ///< with multigrid
+  ChangeEstimate change_estimate_{1};  ///< with multigrid
 };
 
 }  // namespace palpate::fem

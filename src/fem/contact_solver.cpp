@@ -12,8 +12,8 @@ constexpr std::size_t slice_grain = 16;
 constexpr std::size_t contact_grain = 256;
 /// Allowed drift of the float residual from the true one, as a fraction of the goal.
 constexpr double drift_fraction = 0.1;
-/// Safety factor of the error estimate from the changes of the solution (multigrid).
-constexpr double safety = 2.0;
+/// Iterations with multigrid after which a solve knows its error from the changes of the solution.
+constexpr int informative = 20;
 /// Iterations after which the preconditioner is renewed with the current contacts.
 constexpr int renewal = 16;
 /// A solve that is limited by rounding ends after this number of checks of the true residual.
@@ -232,7 +232,9 @@ void ContactSolver::apply_step(Run& run) {
   estimate_.add(std::max(change.back() * run.decrease, 0.0));
 }
 
-/// Estimates residual and error from the iteration.
+/// Estimates residual and error from the iteration. A short solve knows little of its rate of convergence,
+/// and block Jacobi may leave errors that hardly change the residual. So the error is at least half of what
+/// the residual meant in the last informative solve.
 void ContactSolver::estimate_error(Run& run) const {
   run.report.relative_residual = 0.0;
   run.report.relative_error = 0.0;
@@ -240,8 +242,10 @@ void ContactSolver::estimate_error(Run& run) const {
   const double unit = std::max(residual_of_zero_, run.goal.least_residual);
   run.report.relative_residual = run.residual() / unit;
   const bool fast = run.report.multigrid || run.inner > 1;
-  const double estimate = fast ? safety * change_estimate_.error() : estimate_.error();
-  run.report.relative_error = std::min(run.scale * std::sqrt(run.by_mass), estimate) / run.solution_unit();
+  double estimate = fast ? change_estimate_.error() : estimate_.error();
+  if (!run.report.multigrid || run.steps < informative)
+    estimate = std::max(estimate, 0.5 * run.report.error_per_bound * run.error_bound());
+  run.report.relative_error = std::min(run.error_bound(), estimate) / run.solution_unit();
 }
 
 /// Adds the iterations' result to the solution and computes the true residual. Returns whether the float
@@ -283,6 +287,7 @@ SolveReport ContactSolver::solve(const parallel::Threads& threads, const Contact
           .multigrid = multigrid,
           .positions = positions};
   run.report.jacobi_iterations = goal.jacobi_iterations;
+  run.report.error_per_bound = goal.error_per_bound;
   resize(run);
   choose(run, goes_on);
   start(run, goes_on);
@@ -322,6 +327,8 @@ SolveReport ContactSolver::solve(const parallel::Threads& threads, const Contact
     compute_residual(run);
   }
   run.report.converged = run.reached();
+  if (run.report.converged && run.report.multigrid && run.steps >= informative && run.by_mass > 0.0)
+    run.report.error_per_bound = run.report.relative_error * run.solution_unit() / run.error_bound();
   if (!run.report.converged && run.report.relative_residual > 1.0) {
     // Rounding prevents a solution, as with tissue whose stiffness is far larger than its inertia. Zero is
     // the better result.

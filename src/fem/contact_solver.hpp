@@ -126,7 +126,7 @@ class ContactSolver {
   std::vector<double> sums_;       ///< scratch
   std::vector<double> partial_;    ///< scratch
   ErrorEstimate estimate_;
-  ChangeEstimate change_estimate_;  ///< with multigrid
+  ChangeEstimate change_estimate_{3};  ///< with multigrid, or with several inner iterations
 };
 
 }  // namespace palpate::fem

@@ -42,6 +42,8 @@ struct ContactSolver::Run {
   }
   [[nodiscard]] std::span<const Index> points() const { return problem.system->blocks().point_of_row(); }
   [[nodiscard]] double residual() const { return scale * std::sqrt(squares); }
+  /// Bound of the error in the mass norm: A is at least the matrix of the masses.
+  [[nodiscard]] double error_bound() const { return scale * std::sqrt(by_mass); }
   [[nodiscard]] double solution_unit() const { return std::max(size, goal.least_scale); }
   [[nodiscard]] bool reached() const {
     return (goal.of_solution ? report.relative_error : report.relative_residual) <= goal.tolerance;

@@ -32,6 +32,7 @@ struct DynamicsState {
   std::vector<double> inversion_clocks;
   int jacobi_iterations = 0;              ///< SolveReport::jacobi_iterations
   int jacobi_iterations_of_contacts = 0;  ///< the same of ContactSolver
+  double error_per_bound = 0.0;           ///< SolveReport::error_per_bound
   std::vector<Vec3> multigrid_reference;  ///< (n_points x 3), m, or empty: Multigrid::reference()
   int multigrid_stale_iterations = 0;     ///< Multigrid::stale_iterations()
   std::vector<Vec3> past_positions;       ///< (n_points x 3), m, at the start of the previous step; or empty
@@ -356,6 +357,7 @@ class Dynamics {
   std::vector<Vec3> start_velocities_;
   int jacobi_iterations_ = 0;              ///< of block Jacobi, which did not suffice
   int jacobi_iterations_of_contacts_ = 0;  ///< the same of contact_solver_, which needs more
+  double error_per_bound_ = 0.0;           ///< of contact_solver_
   bool updated_ = false;  ///< elements_ are updated at the current positions and plastic strains
 };
 

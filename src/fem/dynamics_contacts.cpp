@@ -89,6 +89,7 @@ Dynamics::Report Dynamics::solve(const ContactSet& contacts, SolveGoal goal, boo
   goal.least_scale = load_scale_;
   goal.least_residual = load_impulse_;
   goal.jacobi_iterations = jacobi_iterations_of_contacts_;
+  goal.error_per_bound = error_per_bound_;
   couplings_.set(contacts.couplings.first(contacts.first), time_step_, free_);
   system_.update_preconditioner(threads_);
   compute_right_side();
@@ -108,6 +109,7 @@ Dynamics::Report Dynamics::solve(const ContactSet& contacts, SolveGoal goal, boo
   reuses_directions_ = report.converged;  // a failed solve may have been misled by its directions
   has_linear_couplings_ = contacts.first > 0;
   jacobi_iterations_of_contacts_ = report.jacobi_iterations;
+  error_per_bound_ = report.error_per_bound;
   check_solution(report.relative_residual);
   find_end();
   put_forces(contacts, true);

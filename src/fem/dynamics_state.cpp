@@ -71,6 +71,7 @@ DynamicsState Dynamics::state() const {
           .inversion_clocks = inversion_clocks_,
           .jacobi_iterations = jacobi_iterations_,
           .jacobi_iterations_of_contacts = jacobi_iterations_of_contacts_,
+          .error_per_bound = error_per_bound_,
           .multigrid_reference = multigrid_.reference(),
           .multigrid_stale_iterations = multigrid_.stale_iterations(),
           .past_positions = past_positions_,
@@ -106,6 +107,7 @@ void Dynamics::set_state(const DynamicsState& state) {
   elements_.set_viscous_stresses(state.viscous_stresses);
   jacobi_iterations_ = state.jacobi_iterations;
   jacobi_iterations_of_contacts_ = state.jacobi_iterations_of_contacts;
+  error_per_bound_ = state.error_per_bound;
   multigrid_.set_reference(state.multigrid_reference, state.multigrid_stale_iterations);
   second_order_multigrid_.set_reference(state.second_order_multigrid_reference,
                                         state.second_order_multigrid_stale_iterations);

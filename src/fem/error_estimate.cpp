@@ -11,7 +11,7 @@ namespace palpate::fem {
 namespace {
 
 constexpr double long_ago = 1e-4;
-constexpr std::size_t few = 2;  // iterations before there is an estimate, with multigrid
+constexpr std::size_t few = 2;  // changes before there is an estimate of their rate
 constexpr std::size_t usual_iterations = 1024;
 constexpr std::size_t enough = 4;  // iterations before there is an estimate
 
@@ -56,7 +56,8 @@ void ChangeEstimate::add(double size) {
   sizes_.push_back(size);
   tails_.push_back(0.0);
   for (double& tail : tails_) tail += size;
-  if (sizes_.size() < few) return;
+  if (sizes_.size() < std::max(few, window_)) return;
+  size = *std::max_element(sizes_.end() - static_cast<std::ptrdiff_t>(window_), sizes_.end());
   std::size_t first = sizes_.size() - 1;
   while (first > 0 && size > vanished * tails_[first]) --first;
   ratio_ = 1.0;

@@ -34,6 +34,9 @@ class ErrorEstimate {
 /// error of positions.
 class ChangeEstimate {
  public:
+  /// \param window  The largest of so many last changes counts as the last one. With contacts, single changes
+  ///     are small although the error is not. There is no estimate before as many changes, and two.
+  explicit ChangeEstimate(std::size_t window) : window_(window) {}
   void clear();
   /// Adds the size of the next change. O(k).
   void add(double size);
@@ -44,6 +47,7 @@ class ChangeEstimate {
   [[nodiscard]] double before(double size) const;
 
  private:
+  std::size_t window_;
   std::vector<double> sizes_;
   std::vector<double> tails_;
   double ratio_ = 1.0;
