@@ -27,6 +27,23 @@ constexpr std::size_t crowded = 640;
 
 }  // namespace
 
+/// Where points have lost contacts, pairs that were left out because of contacts are to be tested.
+void EdgeQuery::free_lost(const Frame& frame) {
+  lost_.follow(frame.bodies, frame.contacts);
+  for (const IndexPair& bodies : lost_.bodies()) {
+    const auto pair = std::ranges::lower_bound(pairs_, bodies, {}, &NearPair::bodies);
+    if (pair == pairs_.end() || pair->bodies != bodies) continue;
+    ClusterGroups& groups = pair->groups;
+    for (std::size_t i = 0; i < groups.size(); ++i) {
+      const auto [a, b] = groups.clusters(i);
+      if (!lost_.has_lost(a) && !lost_.has_lost(b)) continue;
+      const auto list = std::span(near_.apart).subspan(groups.begin[i], groups.listed[i]);
+      std::ranges::replace(list, simd::apart_by_contact, 0.0F);
+      groups.apart[i] = 0.0F;
+    }
+  }
+}
+
 /// Moves all groups, and finds those to list or to test.
 void EdgeQuery::choose_tasks(const Frame& frame) {
   begin_.clear();
@@ -188,17 +205,15 @@ class EdgeQuery::Tests {
           simd::find_reached({&near_.edge[begin], &near_.apart[begin], std::min(most_at_once, end - begin)},
                              moved, apart, contacts, reached.data());
       apart = std::min(apart, found.least);
-      bool has_in_contact = found.has_in_contact;
       for (const std::int32_t i : std::span(reached).first(found.size)) {
         const std::size_t place = begin + static_cast<std::size_t>(i & ~simd::ReachedPairs::unsure);
         if (i >= simd::ReachedPairs::unsure && frame_.has_end_in_contact(near_.edge[place], bodies)) {
-          has_in_contact = true;
+          near_.apart[place] = simd::apart_by_contact;
           continue;
         }
         if (!waiting_.has_room(1)) finish();
         origins_[waiting_.add(near_.edge[place], near_.triangle[place])] = {place, moved, &apart};
       }
-      if (has_in_contact) apart = -1.0F;  // they may be without a contact in the next detection
     }
   }
   void finish() {
