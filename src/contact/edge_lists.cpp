@@ -205,36 +205,40 @@ class EdgeQuery::Tests {
           simd::find_reached({&near_.edge[begin], &near_.apart[begin], std::min(most_at_once, end - begin)},
                              moved, apart, contacts, reached.data());
       apart = std::min(apart, found.least);
+      if (found.size == 0) continue;
+      if (!waiting_.has_room(found.size)) finish();
+      const std::size_t before = waiting_.size();
       for (const std::int32_t i : std::span(reached).first(found.size)) {
         const std::size_t place = begin + static_cast<std::size_t>(i & ~simd::ReachedPairs::unsure);
         if (i >= simd::ReachedPairs::unsure && frame_.has_end_in_contact(near_.edge[place], bodies)) {
           near_.apart[place] = simd::apart_by_contact;
           continue;
         }
-        if (!waiting_.has_room(1)) finish();
-        origins_[waiting_.add(near_.edge[place], near_.triangle[place])] = {place, moved, &apart};
+        places_[waiting_.add(near_.edge[place], near_.triangle[place])] = place;
       }
+      if (waiting_.size() > before) parts_[part_count_++] = {waiting_.size(), moved, &apart};
     }
   }
   void finish() {
+    const Part* part = parts_.data();
     waiting_.test([&](std::size_t number, const EdgeTriangle& pair, float gap) {
-      const Origin& origin = origins_[number];
-      constexpr double down = 1.0 - 1e-6;  // for the rounding to float
-      const double reach = down * (static_cast<double>(origin.moved) + static_cast<double>(gap));
-      const float apart = gap > 0.0F ? static_cast<float>(reach) : 0.0F;
-      near_.apart[origin.place] = apart;
-      *origin.apart = std::min(*origin.apart, apart);
-      if (gap <= 0.0F && (gap < 0.0F || meet(pair)) && !is_folded(frame_, pair)) found_.push_back(pair);
+      while (number == part->end) ++part;
+      constexpr float down = 1.0F - 1e-6F;  // for the rounding of the sum
+      const float apart = gap > 0.0F ? down * (part->moved + gap) : 0.0F;
+      near_.apart[places_[number]] = apart;
+      *part->apart = std::min(*part->apart, apart);
+      if (!(gap > 0.0F) && (gap < 0.0F || meet(pair)) && !is_folded(frame_, pair)) found_.push_back(pair);
     });
+    part_count_ = 0;
   }
 
  private:
-  static constexpr std::size_t most_at_once = 64;
-  /// Where a waiting pair is from.
-  struct Origin {
-    std::size_t place;  ///< in the lists
-    float moved;        ///< by its clusters, m
-    float* apart;       ///< of its group
+  static constexpr std::size_t most_at_once = simd::EdgeTrianglePairs::most;
+  /// Waiting pairs of a group.
+  struct Part {
+    std::size_t end;  ///< their numbers are below
+    float moved;      ///< by the clusters, m
+    float* apart;     ///< of the group
   };
   [[nodiscard]] bool meet(const EdgeTriangle& pair) const {
     const Edge& ends = at(frame_.bodies.edges(), pair.edge);
@@ -247,7 +251,9 @@ class EdgeQuery::Tests {
   NearEdges& near_;
   std::vector<EdgeTriangle>& found_;
   WaitingPairs waiting_;
-  std::array<Origin, simd::EdgeTrianglePairs::most> origins_;
+  std::array<std::size_t, most_at_once> places_;  ///< of the waiting pairs in the lists
+  std::array<Part, most_at_once> parts_;
+  std::size_t part_count_ = 0;
 };
 
 void EdgeQuery::test_groups(const Frame& frame) {
