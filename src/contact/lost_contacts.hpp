@@ -26,7 +26,7 @@ class LostContacts {
   [[nodiscard]] bool has_lost(Index cluster) const { return at(is_lost_, cluster) != 0; }
 
  private:
-  Rows clusters_of_point_;  ///< (n_points)
+  Rows clusters_of_point_;     ///< (n_points)
   std::vector<Index> points_;  ///< of the contacts of the last call,
   std::vector<Index> in_;      ///< and the bodies that they were in
   std::vector<IndexPair> bodies_;
