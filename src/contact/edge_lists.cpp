@@ -180,8 +180,6 @@ void EdgeQuery::drop_unused() {
 /// Whether an edge meets a triangle of its own body only because tissue there is inverted or flat.
 bool EdgeQuery::is_folded(const Frame& frame, const EdgeTriangle& pair) {
   const Edge& ends = at(frame.bodies.edges(), pair.edge);
-  if (frame.bodies.body_of(ends) != frame.bodies.body_of(at(frame.bodies.triangles(), pair.triangle)))
-    return false;
   const Index tet = at(frame.bodies.triangle_tets(), pair.triangle);
   return std::ranges::any_of(ends,
                              [&](Index end) { return is_fold(frame.bodies, frame.positions, end, tet); });
@@ -216,7 +214,9 @@ class EdgeQuery::Tests {
         }
         places_[waiting_.add(near_.edge[place], near_.triangle[place])] = place;
       }
-      if (waiting_.size() > before) parts_[part_count_++] = {waiting_.size(), moved, &apart};
+      if (waiting_.size() > before) {
+        parts_[part_count_++] = {waiting_.size(), moved, bodies.first == bodies.second, &apart};
+      }
     }
   }
   void finish() {
@@ -227,7 +227,8 @@ class EdgeQuery::Tests {
       const float apart = gap > 0.0F ? down * (part->moved + gap) : 0.0F;
       near_.apart[places_[number]] = apart;
       *part->apart = std::min(*part->apart, apart);
-      if (!(gap > 0.0F) && (gap < 0.0F || meet(pair)) && !is_folded(frame_, pair)) found_.push_back(pair);
+      if (gap > 0.0F || (!(gap < 0.0F) && !meet(pair)) || (part->is_own && is_folded(frame_, pair))) return;
+      found_.push_back(pair);
     });
     part_count_ = 0;
   }
@@ -238,6 +239,7 @@ class EdgeQuery::Tests {
   struct Part {
     std::size_t end;  ///< their numbers are below
     float moved;      ///< by the clusters, m
+    bool is_own;      ///< of one body
     float* apart;     ///< of the group
   };
   [[nodiscard]] bool meet(const EdgeTriangle& pair) const {
