@@ -16,7 +16,7 @@ constexpr double detections = 30.0;
 /// Least number of detections that a margin must cover; what moves faster is listed each time.
 constexpr double fewest_detections = 1.0;
 /// The margin of a list where no motion is known yet, over the largest one.
-constexpr double first_room = 0.25;
+constexpr double first_room = 0.05;
 /// The smallest margin of a list, over the largest one.
 constexpr double least_room = 1e-3;
 /// The largest margin of a list of clusters, over the sum of the reaches of both bodies.

@@ -71,10 +71,11 @@ class WaitingPairs {
   template <class Use>
   void test(Use&& use) {
     simd::find_gaps(surfaces_, 1.0 / unit_, size_, pairs_);
-    const auto unit = static_cast<float>(unit_);  // a power of two
-    constexpr float down = 1.0F - 1e-6F;          // for the rounding of numbers below the smallest
-    for (std::size_t i = 0; i < size_; ++i)
-      use(i, EdgeTriangle{pairs_.edge[i], pairs_.triangle[i]}, down * (unit * pairs_.gap[i]));
+    const double unit = (1.0 - 1e-6) * unit_;  // for the rounding to float
+    for (std::size_t i = 0; i < size_; ++i) {
+      const auto gap = static_cast<float>(unit * static_cast<double>(pairs_.gap[i]));
+      use(i, EdgeTriangle{pairs_.edge[i], pairs_.triangle[i]}, gap);
+    }
     size_ = 0;
   }
 
