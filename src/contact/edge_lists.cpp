@@ -24,6 +24,8 @@ constexpr double edges_over_clusters = 0.25;
 /// Stored pairs for each cluster, from which on lists have no margin: everything is near everything, as in
 /// bodies of long thin tets, and lists with a margin would need memory for all pairs.
 constexpr std::size_t crowded = 640;
+/// The same while no motion is known, as in a single detection.
+constexpr std::size_t crowded_at_first = 48;
 
 }  // namespace
 
@@ -97,7 +99,6 @@ void EdgeQuery::list_groups(const Frame& frame) {
   drop_unused();
   listing_.begin(frame.deadline, to_list_.size(), listed_of_chunk);
   for (std::size_t from = 0; from < to_list_.size(); from += listed_at_once) {
-    is_crowded_ = near_.size() > crowded * motions_.boxes().size();
     list_some(frame, std::span(to_list_).subspan(from, std::min(listed_at_once, to_list_.size() - from)),
               from);
   }
@@ -128,7 +129,8 @@ void EdgeQuery::list(const Task& task, FacingClusters& facing, std::vector<NearE
   groups.moved[i] = 0.0F;
   groups.apart[i] = std::numeric_limits<float>::max();
   if (!(room > usual)) {
-    room = is_crowded_ ? 0.0 : margin_of_list(usual, edges_over_clusters * most_room(pair));
+    const std::size_t most_pairs = (usual == 0.0 ? crowded_at_first : crowded) * motions_.boxes().size();
+    room = near_.size() > most_pairs ? 0.0 : margin_of_list(usual, edges_over_clusters * most_room(pair));
     facing.list(a, b, room, found);
     groups.apart[i] = 0.0F;
   }

@@ -19,7 +19,11 @@ double power_of_two(double size) {
 }  // namespace
 
 EdgeQuery::EdgeQuery(const Bodies& bodies)
-    : surface_(bodies), blocks_(surface_, bodies), clusters_(surface_), motions_(surface_, bodies), lost_(surface_, bodies) {
+    : surface_(bodies),
+      blocks_(surface_, bodies),
+      clusters_(surface_),
+      motions_(surface_, bodies),
+      lost_(surface_, bodies) {
   for (Index b = 0; b < bodies.body_count(); ++b) reach_.push_back(rim_reach(bodies, b));
 }
 

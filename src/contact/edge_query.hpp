@@ -128,7 +128,6 @@ class EdgeQuery {
   NearEdges kept_;                      ///< scratch
   std::size_t unused_ = 0;              ///< items of near_
   std::size_t longest_list_ = 0;        ///< room for the list of each chunk
-  bool is_crowded_ = false;             ///< lists have no margin
   bool is_timed_ = false;               ///< there is a deadline
   std::vector<Task> tasks_;             ///< in the order of the search
   std::vector<std::size_t> to_list_;    ///< numbers of tasks
