@@ -77,7 +77,8 @@ simd::LinearMotion ClusterMotions::common_motion(std::span<const Vec3> positions
     middle += x;
     shift += d;
   });
-  const double weight = 1.0 / std::max(1.0, static_cast<double>((range.size() + stride - 1) / stride));
+  const Index samples = std::max(Index{1}, (range.size() + stride - 1) / stride);
+  const double weight = 1.0 / static_cast<double>(samples);
   middle = weight * middle;
   shift = weight * shift;
   std::array<Vec3, 3> inertia{};

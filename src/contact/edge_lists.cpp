@@ -24,8 +24,9 @@ constexpr double edges_over_clusters = 0.25;
 /// Stored pairs for each cluster, from which on lists have no margin: everything is near everything, as in
 /// bodies of long thin tets, and lists with a margin would need memory for all pairs.
 constexpr std::size_t crowded = 640;
-/// The same while no motion is known, as in a single detection.
-constexpr std::size_t crowded_at_first = 48;
+/// Stored pairs, all together, from which on lists have no margin while no motion is known: a single
+/// detection of a large scene needs no memory for them.
+constexpr std::size_t most_at_first = std::size_t{1} << 18;
 
 }  // namespace
 
@@ -129,7 +130,7 @@ void EdgeQuery::list(const Task& task, FacingClusters& facing, std::vector<NearE
   groups.moved[i] = 0.0F;
   groups.apart[i] = std::numeric_limits<float>::max();
   if (!(room > usual)) {
-    const std::size_t most_pairs = (usual == 0.0 ? crowded_at_first : crowded) * motions_.boxes().size();
+    const std::size_t most_pairs = usual == 0.0 ? most_at_first : crowded * motions_.boxes().size();
     room = near_.size() > most_pairs ? 0.0 : margin_of_list(usual, edges_over_clusters * most_room(pair));
     facing.list(a, b, room, found);
     groups.apart[i] = 0.0F;

@@ -17,9 +17,10 @@ LostContacts::LostContacts(const SurfaceClusters& surface, const Bodies& bodies)
     for (const Index p : all.points_of(cluster)) ++at(begin, p);
   std::inclusive_scan(begin.begin(), begin.end(), begin.begin());
   clusters_of_point_.values.resize(static_cast<std::size_t>(begin.back()));
-  for (Index c = static_cast<Index>(std::ssize(all.clusters)) - 1; c >= 0; --c)
+  for (Index c = static_cast<Index>(std::ssize(all.clusters)) - 1; c >= 0; --c) {
     for (const Index p : all.points_of(at(all.clusters, c)))
       at(clusters_of_point_.values, --at(begin, p)) = c;
+  }
 }
 
 void LostContacts::follow(const Bodies& bodies, const ContactTable& contacts) {
