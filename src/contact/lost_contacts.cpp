@@ -28,12 +28,15 @@ void LostContacts::follow(const Bodies& bodies, const ContactTable& contacts) {
   const std::vector<Index>& in = contacts.contacts().body;
   if (!bodies_.empty()) std::ranges::fill(is_lost_, std::uint8_t{0});
   bodies_.clear();
-  make_room(bodies_, points_.size());
   for (std::size_t was = 0, now = 0; was < points_.size(); ++was) {
     const std::pair key(points_[was], in_[was]);
     while (now < points.size() && std::pair(points[now], in[now]) < key) ++now;
     if (now < points.size() && std::pair(points[now], in[now]) == key) continue;
-    bodies_.emplace_back(std::minmax(at(bodies.body_of_point(), key.first), key.second));
+    const IndexPair pair = std::minmax(at(bodies.body_of_point(), key.first), key.second);
+    if (bodies_.empty() || bodies_.back() != pair) {
+      make_room(bodies_, bodies_.size() + 1);
+      bodies_.push_back(pair);
+    }
     for (const Index cluster : clusters_of_point_[key.first]) at(is_lost_, cluster) = 1;
   }
   std::ranges::sort(bodies_);
