@@ -24,8 +24,6 @@ constexpr double edges_over_clusters = 0.25;
 /// Stored pairs for each cluster, from which on lists have no margin: everything is near everything, as in
 /// bodies of long thin tets, and lists with a margin would need memory for all pairs.
 constexpr std::size_t crowded = 640;
-/// The margin of a list of edges while no motion is known, over the largest one.
-constexpr double first_room = 0.05;
 /// Stored pairs, all together, from which on lists have no margin while no motion is known: a single
 /// detection of a large scene needs no memory for them.
 constexpr std::size_t most_at_first = std::size_t{1} << 18;
@@ -133,8 +131,7 @@ void EdgeQuery::list(const Task& task, FacingClusters& facing, std::vector<NearE
   groups.apart[i] = std::numeric_limits<float>::max();
   if (!(room > usual)) {
     const std::size_t most_pairs = usual == 0.0 ? most_at_first : crowded * motions_.boxes().size();
-    const double most = edges_over_clusters * most_room(pair);
-    room = near_.size() > most_pairs ? 0.0 : usual == 0.0 ? first_room * most : margin_of_list(usual, most);
+    room = near_.size() > most_pairs ? 0.0 : margin_of_list(usual, edges_over_clusters * most_room(pair));
     facing.list(a, b, room, found);
     groups.apart[i] = 0.0F;
   }
