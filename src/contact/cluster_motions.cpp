@@ -11,6 +11,8 @@ namespace palpate {
 namespace {
 
 constexpr Index clusters_of_piece = 64;
+/// Points from which the common motion of a body is found.
+constexpr Index most_samples = 64;
 
 Box box_of(const simd::PlaceBox& box) {
   return {box.lower, box.upper};
@@ -58,12 +60,13 @@ ClusterMotions::ClusterMotions(const SurfaceClusters& surface, const Bodies& bod
   }
 }
 
-/// The motion of a rigid body that is nearest to that of some points: one of each cluster.
+/// The motion of a rigid body that is nearest to that of some points: one of each of some clusters.
 simd::LinearMotion ClusterMotions::common_motion(std::span<const Vec3> positions, Index body) const {
   const Clusters& clusters = surface_.clusters;
   const Range range = at(surface_.of_body, body);
+  const Index stride = 1 + range.size() / most_samples;
   const auto for_each_sample = [&](auto&& take) {
-    for (Index c = range.begin; c < range.end; ++c) {
+    for (Index c = range.begin; c < range.end; c += stride) {
       const Index p = clusters.points_of(at(clusters.clusters, c)).front();
       take(at(last_, p), at(positions, p) - at(last_, p));
     }
@@ -74,7 +77,8 @@ simd::LinearMotion ClusterMotions::common_motion(std::span<const Vec3> positions
     middle += x;
     shift += d;
   });
-  const double weight = 1.0 / std::max(1.0, static_cast<double>(range.size()));
+  const Index samples = std::max(Index{1}, (range.size() + stride - 1) / stride);
+  const double weight = 1.0 / static_cast<double>(samples);
   middle = weight * middle;
   shift = weight * shift;
   std::array<Vec3, 3> inertia{};

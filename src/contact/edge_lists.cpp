@@ -24,8 +24,28 @@ constexpr double edges_over_clusters = 0.25;
 /// Stored pairs for each cluster, from which on lists have no margin: everything is near everything, as in
 /// bodies of long thin tets, and lists with a margin would need memory for all pairs.
 constexpr std::size_t crowded = 640;
+/// Stored pairs, all together, from which on lists have no margin while no motion is known: a single
+/// detection of a large scene needs no memory for them.
+constexpr std::size_t most_at_first = std::size_t{1} << 18;
 
 }  // namespace
+
+/// Where points have lost contacts, pairs that were left out because of contacts are to be tested.
+void EdgeQuery::free_lost(const Frame& frame) {
+  lost_.follow(frame.bodies, frame.contacts);
+  for (const IndexPair& bodies : lost_.bodies()) {
+    const auto pair = std::ranges::lower_bound(pairs_, bodies, {}, &NearPair::bodies);
+    if (pair == pairs_.end() || pair->bodies != bodies) continue;
+    ClusterGroups& groups = pair->groups;
+    for (std::size_t i = 0; i < groups.size(); ++i) {
+      const auto [a, b] = groups.clusters(i);
+      if (!lost_.has_lost(a) && !lost_.has_lost(b)) continue;
+      const auto list = std::span(near_.apart).subspan(groups.begin[i], groups.listed[i]);
+      std::ranges::replace(list, simd::apart_by_contact, 0.0F);
+      groups.apart[i] = 0.0F;
+    }
+  }
+}
 
 /// Moves all groups, and finds those to list or to test.
 void EdgeQuery::choose_tasks(const Frame& frame) {
@@ -80,7 +100,6 @@ void EdgeQuery::list_groups(const Frame& frame) {
   drop_unused();
   listing_.begin(frame.deadline, to_list_.size(), listed_of_chunk);
   for (std::size_t from = 0; from < to_list_.size(); from += listed_at_once) {
-    is_crowded_ = near_.size() > crowded * motions_.boxes().size();
     list_some(frame, std::span(to_list_).subspan(from, std::min(listed_at_once, to_list_.size() - from)),
               from);
   }
@@ -111,7 +130,8 @@ void EdgeQuery::list(const Task& task, FacingClusters& facing, std::vector<NearE
   groups.moved[i] = 0.0F;
   groups.apart[i] = std::numeric_limits<float>::max();
   if (!(room > usual)) {
-    room = is_crowded_ ? 0.0 : margin_of_list(usual, edges_over_clusters * most_room(pair));
+    const std::size_t most_pairs = usual == 0.0 ? most_at_first : crowded * motions_.boxes().size();
+    room = near_.size() > most_pairs ? 0.0 : margin_of_list(usual, edges_over_clusters * most_room(pair));
     facing.list(a, b, room, found);
     groups.apart[i] = 0.0F;
   }
@@ -163,8 +183,6 @@ void EdgeQuery::drop_unused() {
 /// Whether an edge meets a triangle of its own body only because tissue there is inverted or flat.
 bool EdgeQuery::is_folded(const Frame& frame, const EdgeTriangle& pair) {
   const Edge& ends = at(frame.bodies.edges(), pair.edge);
-  if (frame.bodies.body_of(ends) != frame.bodies.body_of(at(frame.bodies.triangles(), pair.triangle)))
-    return false;
   const Index tet = at(frame.bodies.triangle_tets(), pair.triangle);
   return std::ranges::any_of(ends,
                              [&](Index end) { return is_fold(frame.bodies, frame.positions, end, tet); });
@@ -188,38 +206,44 @@ class EdgeQuery::Tests {
           simd::find_reached({&near_.edge[begin], &near_.apart[begin], std::min(most_at_once, end - begin)},
                              moved, apart, contacts, reached.data());
       apart = std::min(apart, found.least);
-      bool has_in_contact = found.has_in_contact;
+      if (found.size == 0) continue;
+      if (!waiting_.has_room(found.size)) finish();
+      const std::size_t before = waiting_.size();
       for (const std::int32_t i : std::span(reached).first(found.size)) {
         const std::size_t place = begin + static_cast<std::size_t>(i & ~simd::ReachedPairs::unsure);
         if (i >= simd::ReachedPairs::unsure && frame_.has_end_in_contact(near_.edge[place], bodies)) {
-          has_in_contact = true;
+          near_.apart[place] = simd::apart_by_contact;
           continue;
         }
-        if (!waiting_.has_room(1)) finish();
-        origins_[waiting_.add(near_.edge[place], near_.triangle[place])] = {place, moved, &apart};
+        places_[waiting_.add(near_.edge[place], near_.triangle[place])] = place;
       }
-      if (has_in_contact) apart = -1.0F;  // they may be without a contact in the next detection
+      if (waiting_.size() > before) {
+        parts_[part_count_++] = {waiting_.size(), moved, bodies.first == bodies.second, &apart};
+      }
     }
   }
   void finish() {
+    const Part* part = parts_.data();
     waiting_.test([&](std::size_t number, const EdgeTriangle& pair, float gap) {
-      const Origin& origin = origins_[number];
-      constexpr double down = 1.0 - 1e-6;  // for the rounding to float
-      const double reach = down * (static_cast<double>(origin.moved) + static_cast<double>(gap));
-      const float apart = gap > 0.0F ? static_cast<float>(reach) : 0.0F;
-      near_.apart[origin.place] = apart;
-      *origin.apart = std::min(*origin.apart, apart);
-      if (gap <= 0.0F && (gap < 0.0F || meet(pair)) && !is_folded(frame_, pair)) found_.push_back(pair);
+      while (number == part->end) ++part;
+      constexpr float down = 1.0F - 1e-6F;  // for the rounding of the sum
+      const float apart = gap > 0.0F ? down * (part->moved + gap) : 0.0F;
+      near_.apart[places_[number]] = apart;
+      *part->apart = std::min(*part->apart, apart);
+      if (gap > 0.0F || (!(gap < 0.0F) && !meet(pair)) || (part->is_own && is_folded(frame_, pair))) return;
+      found_.push_back(pair);
     });
+    part_count_ = 0;
   }
 
  private:
-  static constexpr std::size_t most_at_once = 64;
-  /// Where a waiting pair is from.
-  struct Origin {
-    std::size_t place;  ///< in the lists
-    float moved;        ///< by its clusters, m
-    float* apart;       ///< of its group
+  static constexpr std::size_t most_at_once = simd::EdgeTrianglePairs::most;
+  /// Waiting pairs of a group.
+  struct Part {
+    std::size_t end;  ///< their numbers are below
+    float moved;      ///< by the clusters, m
+    bool is_own;      ///< of one body
+    float* apart;     ///< of the group
   };
   [[nodiscard]] bool meet(const EdgeTriangle& pair) const {
     const Edge& ends = at(frame_.bodies.edges(), pair.edge);
@@ -232,7 +256,9 @@ class EdgeQuery::Tests {
   NearEdges& near_;
   std::vector<EdgeTriangle>& found_;
   WaitingPairs waiting_;
-  std::array<Origin, simd::EdgeTrianglePairs::most> origins_;
+  std::array<std::size_t, most_at_once> places_;  ///< of the waiting pairs in the lists
+  std::array<Part, most_at_once> parts_;
+  std::size_t part_count_ = 0;
 };
 
 void EdgeQuery::test_groups(const Frame& frame) {

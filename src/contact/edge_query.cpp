@@ -19,7 +19,11 @@ double power_of_two(double size) {
 }  // namespace
 
 EdgeQuery::EdgeQuery(const Bodies& bodies)
-    : surface_(bodies), blocks_(surface_, bodies), clusters_(surface_), motions_(surface_, bodies) {
+    : surface_(bodies),
+      blocks_(surface_, bodies),
+      clusters_(surface_),
+      motions_(surface_, bodies),
+      lost_(surface_, bodies) {
   for (Index b = 0; b < bodies.body_count(); ++b) reach_.push_back(rim_reach(bodies, b));
 }
 
@@ -129,6 +133,7 @@ void EdgeQuery::find(const parallel::Threads& threads, const Bodies& bodies, std
   pair_bodies(frame);
   order_pairs();
   pair_clusters(frame);
+  free_lost(frame);
   choose_tasks(frame);
   list_groups(frame);
   test_groups(frame);

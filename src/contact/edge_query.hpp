@@ -13,6 +13,7 @@
 #include "contact/cluster_pairs.hpp"
 #include "contact/contact_table.hpp"
 #include "contact/deadline.hpp"
+#include "contact/lost_contacts.hpp"
 #include "contact/near_columns.hpp"
 #include "contact/near_edges.hpp"
 #include "contact/pair_filter.hpp"
@@ -35,7 +36,8 @@ struct EdgeWork {
 /// What is near is stored at two levels, each with a margin for later detections. Two bodies have a list of
 /// the pairs of their surface clusters, valid until the bodies have moved relative to each other by its
 /// margin. Each pair of clusters has a list of edges with their near triangles, valid until the two clusters
-/// have. A pair of this list at some distance is tested again only when the clusters may have closed it. The
+/// have. A pair of this list at some distance is tested again only when the clusters may have closed it; a
+/// pair whose edge is in contact, only when a point of the clusters has lost a contact. The
 /// relative motion between two detections is bounded by the boxes of the displacements of points, so a common
 /// motion counts as none. Lists affect the time, never the result.
 ///
@@ -90,6 +92,7 @@ class EdgeQuery {
   void pair_bodies(const Frame& frame);
   void pair_clusters(const Frame& frame);
   void take_clusters(NearPair& pair, std::span<const ClusterPairs::Found> facing);
+  void free_lost(const Frame& frame);
   void choose_tasks(const Frame& frame);
   void choose(std::size_t number, const std::pair<std::size_t, std::size_t>& places,
               std::vector<Task>& tasks);
@@ -111,6 +114,7 @@ class EdgeQuery {
   ClusterPairs clusters_;
   std::vector<double> reach_;  ///< (n_bodies) rim_reach(), m
   ClusterMotions motions_;
+  LostContacts lost_;
   std::vector<std::pair<double, Index>> body_order_;  ///< sorted by lower x
   /// Whose boxes meet and that may touch, the lower body first, sorted. A body may be paired with itself.
   std::vector<NearPair> pairs_;
@@ -124,7 +128,6 @@ class EdgeQuery {
   NearEdges kept_;                      ///< scratch
   std::size_t unused_ = 0;              ///< items of near_
   std::size_t longest_list_ = 0;        ///< room for the list of each chunk
-  bool is_crowded_ = false;             ///< lists have no margin
   bool is_timed_ = false;               ///< there is a deadline
   std::vector<Task> tasks_;             ///< in the order of the search
   std::vector<std::size_t> to_list_;    ///< numbers of tasks

@@ -15,6 +15,8 @@ namespace {
 constexpr double detections = 30.0;
 /// Least number of detections that a margin must cover; what moves faster is listed each time.
 constexpr double fewest_detections = 1.0;
+/// The margin of a list where no motion is known yet, over the largest one.
+constexpr double first_room = 0.05;
 /// The smallest margin of a list, over the largest one.
 constexpr double least_room = 1e-3;
 /// The largest margin of a list of clusters, over the sum of the reaches of both bodies.
@@ -25,6 +27,7 @@ constexpr double room_of_clusters = 2.0;
 /// \param usual  relative motion per detection, m
 /// \param most   the largest margin, m
 double EdgeQuery::margin_of_list(double usual, double most) {
+  if (usual == 0.0) return first_room * most;
   if (fewest_detections * usual > most) return 0.0;
   return std::clamp(detections * usual, least_room * most, most);
 }

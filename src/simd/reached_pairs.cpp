@@ -42,7 +42,7 @@ HWY_INLINE InContact in_contact(const ContactsOfEdges& contacts, Int edge) {
   return {surely, hn::AndNot(surely, hn::Or(a.perhaps, b.perhaps))};
 }
 
-/// Leaves out the pairs with an end in contact.
+/// Leaves out and marks the pairs with an end in contact.
 HWY_INLINE void keep_free(const PairColumns& pairs, const ContactsOfEdges& contacts, std::int32_t* places,
                           ReachedPairs& found) {
   const std::size_t size = std::exchange(found.size, 0);
@@ -53,8 +53,12 @@ HWY_INLINE void keep_free(const PairColumns& pairs, const ContactsOfEdges& conta
     const IntMask keep = hn::AndNot(touching.surely, ours);
     const Int mark = hn::IfThenElseZero(touching.perhaps, hn::Set(ints, ReachedPairs::unsure));
     found.size += store_kept(hn::Or(place, mark), keep, places + found.size);
+    const IntMask leave_out = hn::And(touching.surely, ours);
+    if (hn::AllFalse(ints, leave_out)) continue;
+    std::int32_t left_out[lanes()];
+    const std::size_t count = store_kept(place, leave_out, left_out);
+    for (std::size_t k = 0; k < count; ++k) pairs.apart[left_out[k]] = apart_by_contact;
   }
-  found.has_in_contact = found.size < size;
 }
 
 }  // namespace
