@@ -1,46 +1,65 @@
-// The error of a step is as small as the tolerance says. Oracle: the same step from the same state, solved with
-// a far smaller tolerance.
+// The error of a step with contacts is as small as the tolerance says. Oracle: the same step from the same
+// state, solved with a far smaller tolerance.
+#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
+#include <vector>
 
 #include "sim/examples.hpp"
 
 namespace palpate::test {
 namespace {
 
-/// Blocks that land on each other: contacts open, close and slide in every step, and the solver has modes that
-/// converge slowly (the sway of the tower).
-Scene stiff_tower(double young_modulus) {
+/// Blocks that land on each other. The sway of the tower converges slowly, and a solve that continues another
+/// one with a few new contacts could end after two iterations.
+Scene tower_of(double young_modulus) {
   Scene scene = example("tower");
   for (auto& body : scene.bodies)
     if (body.material) body.material->young_modulus = young_modulus;
   return scene;
 }
 
+/// Difference of the velocities, relative to their change in the step, or to that of free fall if it is
+/// larger.
+double relative_error(const Simulation& found, const Simulation& expected, const std::vector<Vec3>& before,
+                      double fall) {
+  double error = 0.0;
+  double change = 0.0;
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    error += squared_length(found.velocities()[i] - expected.velocities()[i]);
+    change += std::max(squared_length(expected.velocities()[i] - before[i]), fall * fall);
+  }
+  return std::sqrt(error / change);
+}
+
+/// Steps in which each solve was one of the whole nonlinear problem: a linear solve is accepted by its
+/// contact forces instead (docs/solver.md). The first step is left out, in which all contacts are new: there
+/// the two solutions differ by more.
 TEST(StepError, IsWithinTheTolerance) {
-  constexpr double tolerance = 1e-4;
-  for (const double young_modulus : {1e6, 2e7, 1e9}) {
-    const Scene scene = stiff_tower(young_modulus);
+  constexpr int steps = 60;
+  int counted = 0;
+  for (const double young_modulus : {1e6, 5e6, 2e7, 1e8}) {
+    const Scene scene = tower_of(young_modulus);
     Simulation simulation = simulate(scene);
     Simulation exact = simulate(scene);
     SimulationSettings tight = scene.settings;
     tight.solver.tolerance = 1e-9;
     tight.solver.max_iterations = 5000;
-    for (int step = 0; step < 60; ++step) {
+    const double fall = scene.settings.time_step * length(scene.settings.gravity);
+    for (int step = 0; step < steps; ++step) {
       exact.restore(simulation.save());
       exact.change(tight);
       const std::vector<Vec3> before(simulation.velocities().begin(), simulation.velocities().end());
       simulation.step();
       exact.step();
-      double error = 0.0;
-      double change = 0.0;
-      for (std::size_t i = 0; i < before.size(); ++i) {
-        error += squared_length(simulation.velocities()[i] - exact.velocities()[i]);
-        change += std::max(squared_length(exact.velocities()[i] - before[i]), squared_length(scene.settings.time_step * scene.settings.gravity));
-      }
-      std::printf("%g step %d it %d det %d solves %d ratio %.2f\n", young_modulus, step, (int)simulation.metrics().solver_iterations, (int)simulation.metrics().detections, (int)simulation.metrics().solves, std::sqrt(error / change) / tolerance);
+      const StepMetrics& metrics = simulation.metrics();
+      if (step == 0 || metrics.detections < 2 || metrics.solves != metrics.detections) continue;
+      ++counted;
+      EXPECT_LE(relative_error(simulation, exact, before, fall), scene.settings.solver.tolerance)
+          << young_modulus << " Pa, step " << step << ", iterations " << metrics.solver_iterations;
     }
   }
+  EXPECT_GT(counted, 12);
 }
 
 }  // namespace
