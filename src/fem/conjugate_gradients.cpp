@@ -34,7 +34,7 @@ void ConjugateGradients::estimate_error(const Run& run, SolveReport& report) con
 
 void ConjugateGradients::clear_estimates() {
   estimate_.clear();
-  change_estimate_.clear();
+  change_estimate_.begin(1);
 }
 
 bool ConjugateGradients::reached(const SolveGoal& goal, const SolveReport& report, double fraction) {

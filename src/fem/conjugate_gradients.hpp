@@ -153,7 +153,7 @@ class ConjugateGradients {
   std::vector<simd::VectorSums> partial_;
   std::vector<double> partial_sums_;
   ErrorEstimate estimate_;
-  ChangeEstimate change_estimate_{1};  ///< with multigrid
+  ChangeEstimate change_estimate_;  ///< with multigrid
 };
 
 }  // namespace palpate::fem

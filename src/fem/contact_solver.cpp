@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "fem/contact_solver_run.hpp"
 
@@ -10,10 +11,6 @@ namespace {
 
 constexpr std::size_t slice_grain = 16;
 constexpr std::size_t contact_grain = 256;
-/// Allowed drift of the float residual from the true one, as a fraction of the goal.
-constexpr double drift_fraction = 0.1;
-/// Iterations with multigrid after which a solve knows its error from the changes of the solution.
-constexpr int informative = 20;
 /// Iterations after which the preconditioner is renewed with the current contacts.
 constexpr int renewal = 16;
 /// A solve that is limited by rounding ends after this number of checks of the true residual.
@@ -116,8 +113,7 @@ void ContactSolver::restart(Run& run, bool keeps_directions) {
   reduced_.set_contacts(run.problem.laws, run.problem.friction);
   for (std::size_t d = 0; d < reduced_.directions(); ++d) find_rates(run, d);
   load(run);
-  estimate_.clear();
-  change_estimate_.clear();
+  begin_estimates(run);
 }
 
 /// Chooses the first preconditioner, and when to change to multigrid, as ConjugateGradients does. Where the
@@ -143,12 +139,12 @@ void ContactSolver::change_preconditioner(Run& run) {
   run.report.multigrid = true;
   run.inner = 1;
   renew_preconditioner(run);
-  estimate_.clear();
-  change_estimate_.clear();
+  begin_estimates(run);
 }
 
 /// Renews the preconditioner with the current contacts. Keeps the directions.
 void ContactSolver::renew_preconditioner(Run& run) {
+  run.renew_at = run.report.iterations + renewal;
   const auto contacts = run.contacts();
   parallel::for_each(run.threads, contacts.size(), contact_grain, [&](std::size_t k) {
     linearise(run.problem.laws[k], run.problem.friction, reduced_.velocity(k), contacts[k]);
@@ -166,14 +162,12 @@ void ContactSolver::keep_current(Run& run) {
   const bool first = run.steps == 0;
   if (run.report.iterations >= run.change_at) {
     change_preconditioner(run);
-  } else if (first && run.report.multigrid) {
-    run.multigrid.update(run.threads, *run.problem.stiffened, run.positions);
-  } else if (run.report.iterations >= run.renew_at && !first) {
+  } else if (first) {
+    run.renew_at = run.report.iterations + renewal;
+    if (run.report.multigrid) run.multigrid.update(run.threads, *run.problem.stiffened, run.positions);
+  } else if (run.report.iterations >= run.renew_at) {
     renew_preconditioner(run);
-  } else if (!first) {
-    return;
   }
-  run.renew_at = run.report.iterations + renewal;
 }
 
 /// Makes the next direction, and counts its iterations.
@@ -232,49 +226,6 @@ void ContactSolver::apply_step(Run& run) {
   estimate_.add(std::max(change.back() * run.decrease, 0.0));
 }
 
-/// Estimates residual and error from the iteration. A short solve knows little of its rate of convergence,
-/// and block Jacobi may leave errors that hardly change the residual. So the error is at least half of what
-/// the residual meant in the last informative solve.
-void ContactSolver::estimate_error(Run& run) const {
-  run.report.relative_residual = 0.0;
-  run.report.relative_error = 0.0;
-  if (run.squares == 0.0) return;
-  const double unit = std::max(residual_of_zero_, run.goal.least_residual);
-  run.report.relative_residual = run.residual() / unit;
-  const bool fast = run.report.multigrid || run.inner > 1;
-  double estimate = fast ? change_estimate_.error() : estimate_.error();
-  if (!run.report.multigrid || run.steps < informative)
-    estimate = std::max(estimate, 0.5 * run.report.error_per_bound * run.error_bound());
-  run.report.relative_error = std::min(run.error_bound(), estimate) / run.solution_unit();
-}
-
-/// Adds the iterations' result to the solution and computes the true residual. Returns whether the float
-/// residual was close to it.
-bool ContactSolver::check_true_residual(Run& run) {
-  ++run.residual_checks;
-  flush(run);
-  find_residual(run);
-  const double ratio = run.scale;
-  std::ranges::copy(residual_, preconditioned_.begin());
-  load(run);
-  compute_residual(run);
-  const auto inverse_masses = run.problem.system->inverse_masses();
-  const auto factor = static_cast<float>(ratio / run.scale);
-  const double off =
-      run.scale * std::sqrt(parallel::sum(run.threads, inverse_masses.size(), partial_, [&](std::size_t row) {
-        double sum = 0.0;
-        for (std::size_t e = 0; e < 3; ++e) {
-          const std::size_t i = place_of(row) + simd::slice_rows * e;
-          const auto d = static_cast<double>(residual_[i] - factor * preconditioned_[i]);
-          sum += d * d;
-        }
-        return static_cast<double>(inverse_masses[row]) * sum;
-      }));
-  const bool near = off <= drift_fraction * run.goal.tolerance * run.solution_unit();
-  run.exact_products = run.exact_products || !near;
-  return near;
-}
-
 SolveReport ContactSolver::solve(const parallel::Threads& threads, const ContactProblem& problem,
                                  std::span<const simd::Padded3> b, std::span<simd::Padded3> x,
                                  const SolveGoal& goal, Multigrid& multigrid, std::span<const Vec3> positions,
@@ -300,6 +251,10 @@ SolveReport ContactSolver::solve(const parallel::Threads& threads, const Contact
   const int most = fixed ? goal.fixed_iterations : goal.max_iterations;
   while (true) {
     estimate_error(run);
+    if (!fixed && run.reached() && must_change(run)) {
+      change_preconditioner(run);
+      estimate_error(run);
+    }
     if ((!fixed && run.reached()) || run.steps >= most) {
       const bool near = check_true_residual(run);
       estimate_error(run);
@@ -327,8 +282,7 @@ SolveReport ContactSolver::solve(const parallel::Threads& threads, const Contact
     compute_residual(run);
   }
   run.report.converged = run.reached();
-  if (run.report.converged && run.report.multigrid && run.steps >= informative && run.by_mass > 0.0)
-    run.report.error_per_bound = run.report.relative_error * run.solution_unit() / run.error_bound();
+  store_fraction(run);
   if (!run.report.converged && run.report.relative_residual > 1.0) {
     // Rounding prevents a solution, as with tissue whose stiffness is far larger than its inertia. Zero is
     // the better result.

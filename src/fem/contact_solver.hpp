@@ -67,6 +67,7 @@ class ContactSolver {
   [[nodiscard]] static std::size_t most_directions(const Run& run);
   [[nodiscard]] static int inner_iterations(const Run& run);
   void start(Run& run, bool goes_on);
+  void begin_estimates(const Run& run);
   void restart(Run& run, bool keeps_directions);
   void find_residual(const Run& run);
   double add_contacts(const Run& run);
@@ -77,6 +78,8 @@ class ContactSolver {
   void put_forces(const Run& run);
   void compute_residual(Run& run);
   void choose(Run& run, bool goes_on);
+  [[nodiscard]] static bool must_change(const Run& run);
+  static void store_fraction(Run& run);
   void change_preconditioner(Run& run);
   void renew_preconditioner(Run& run);
   void keep_current(Run& run);
@@ -126,7 +129,7 @@ class ContactSolver {
   std::vector<double> sums_;       ///< scratch
   std::vector<double> partial_;    ///< scratch
   ErrorEstimate estimate_;
-  ChangeEstimate change_estimate_{3};  ///< with multigrid, or with several inner iterations
+  ChangeEstimate change_estimate_;  ///< with multigrid, or with several inner iterations
 };
 
 }  // namespace palpate::fem

@@ -46,7 +46,8 @@ void ErrorEstimate::add(double decrease) {
       ratio * *std::max_element(decreases_.end() - static_cast<std::ptrdiff_t>(late), decreases_.end()));
 }
 
-void ChangeEstimate::clear() {
+void ChangeEstimate::begin(std::size_t window) {
+  window_ = window;
   clear_lists(sizes_, tails_);
   error_ = std::numeric_limits<double>::infinity();
 }

@@ -34,10 +34,11 @@ class ErrorEstimate {
 /// error of positions.
 class ChangeEstimate {
  public:
-  /// \param window  The largest of so many last changes counts as the last one. With contacts, single changes
-  ///     are small although the error is not. There is no estimate before as many changes, and two.
-  explicit ChangeEstimate(std::size_t window) : window_(window) {}
-  void clear();
+  /// Begins a sequence of changes.
+  /// \param window  >= 1; the largest of so many last changes counts as the last one. With contacts and
+  ///     multigrid, single changes are small although the error is not. There is no estimate before as many
+  ///     changes, and two.
+  void begin(std::size_t window);
   /// Adds the size of the next change. O(k).
   void add(double size);
   /// Estimate of the error before the last change; the current error is smaller. Infinite while there are too
@@ -47,7 +48,7 @@ class ChangeEstimate {
   [[nodiscard]] double before(double size) const;
 
  private:
-  std::size_t window_;
+  std::size_t window_ = 1;
   std::vector<double> sizes_;
   std::vector<double> tails_;
   double ratio_ = 1.0;

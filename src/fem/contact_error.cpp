@@ -1,0 +1,87 @@
+// The error of ContactSolver: its estimates, and the true residual.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "fem/contact_solver_run.hpp"
+
+namespace palpate::fem {
+namespace {
+
+/// Allowed drift of the float residual from the true one, as a fraction of the goal.
+constexpr double drift_fraction = 0.1;
+/// Iterations with multigrid after which a solve knows its error from the changes of the solution.
+constexpr int informative = 20;
+/// The largest of so many last changes counts, with multigrid.
+constexpr std::size_t window = 3;
+/// Safety factor of the error estimate from the last change (several inner iterations of block Jacobi).
+constexpr double safety = 2.0;
+
+}  // namespace
+
+void ContactSolver::begin_estimates(const Run& run) {
+  estimate_.clear();
+  change_estimate_.begin(run.report.multigrid ? window : 1);
+}
+
+/// Whether an estimate that the goal is reached is not reliable. Stiff bodies have errors that an iteration
+/// of block Jacobi hardly changes, so they are missing in its estimate but not in the bound.
+bool ContactSolver::must_change(const Run& run) {
+  constexpr double reliable = 10.0;
+  const bool may_change = run.change_at < std::numeric_limits<int>::max();
+  return may_change && run.error_bound() > reliable * run.goal.tolerance * run.solution_unit();
+}
+
+/// Estimates residual and error from the iteration. A short solve with multigrid knows little of its rate of
+/// convergence. So the error is at least half of what the residual meant in the last informative solve.
+void ContactSolver::estimate_error(Run& run) const {
+  run.report.relative_residual = 0.0;
+  run.report.relative_error = 0.0;
+  if (run.squares == 0.0) return;
+  const double unit = std::max(residual_of_zero_, run.goal.least_residual);
+  run.report.relative_residual = run.residual() / unit;
+  double estimate = estimate_.error();
+  if (run.report.multigrid) {
+    estimate = change_estimate_.error();
+    if (run.steps < informative)
+      estimate = std::max(estimate, 0.5 * run.report.error_per_bound * run.error_bound());
+  } else if (run.inner > 1) {
+    estimate = safety * change_estimate_.error();
+  }
+  run.report.relative_error = std::min(run.error_bound(), estimate) / run.solution_unit();
+}
+
+/// Stores which fraction of its bound the error was, if the solve knows it.
+void ContactSolver::store_fraction(Run& run) {
+  if (run.report.converged && run.report.multigrid && run.steps >= informative && run.by_mass > 0.0)
+    run.report.error_per_bound = run.report.relative_error * run.solution_unit() / run.error_bound();
+}
+
+/// Adds the iterations' result to the solution and computes the true residual. Returns whether the float
+/// residual was close to it.
+bool ContactSolver::check_true_residual(Run& run) {
+  ++run.residual_checks;
+  flush(run);
+  find_residual(run);
+  const double ratio = run.scale;
+  std::ranges::copy(residual_, preconditioned_.begin());
+  load(run);
+  compute_residual(run);
+  const auto inverse_masses = run.problem.system->inverse_masses();
+  const auto factor = static_cast<float>(ratio / run.scale);
+  const double off =
+      run.scale * std::sqrt(parallel::sum(run.threads, inverse_masses.size(), partial_, [&](std::size_t row) {
+        double sum = 0.0;
+        for (std::size_t e = 0; e < 3; ++e) {
+          const std::size_t i = place_of(row) + simd::slice_rows * e;
+          const auto d = static_cast<double>(residual_[i] - factor * preconditioned_[i]);
+          sum += d * d;
+        }
+        return static_cast<double>(inverse_masses[row]) * sum;
+      }));
+  const bool near = off <= drift_fraction * run.goal.tolerance * run.solution_unit();
+  run.exact_products = run.exact_products || !near;
+  return near;
+}
+
+}  // namespace palpate::fem
