@@ -31,6 +31,7 @@ export class Touch {
   private grip: Grip | null = null;
   private down = { x: 0, y: 0 };
   private looked = 0;
+  private looking = 0;  // timer
 
   constructor(
     private readonly view: SceneView,
@@ -45,7 +46,7 @@ export class Touch {
       if (view.canvas.hasPointerCapture(event.pointerId)) this.move(event.clientX, event.clientY);
       this.lookUnder(event);
     });
-    view.canvas.addEventListener("pointerleave", () => this.hand.hover(null, 0, 0));
+    view.canvas.addEventListener("pointerleave", () => this.leave());
     view.canvas.addEventListener("pointerup", (event) => this.lift(event));
     view.canvas.addEventListener("pointercancel", () => this.letGo());
     view.canvas.addEventListener("lostpointercapture", () => this.letGo());
@@ -97,17 +98,28 @@ export class Touch {
     else this.hand.send("drive_motion", { motion: this.grip.motion, offset: array(offset.add(this.grip.offset)) });
   }
 
-  /** Limits how often this is done, because a search through all triangles costs as much as a frame. */
+  /** Limits how often this is done, because a search through all triangles costs as much as a frame. The last place counts. */
   private lookUnder(event: PointerEvent): void {
+    clearTimeout(this.looking);
     if (event.pointerType === "touch") return;
     if (event.buttons !== 0) return this.hand.hover(null, 0, 0);
-    const now = performance.now();
-    if (now - this.looked < 60) return;
-    this.looked = now;
+    const { clientX, clientY } = event;
+    const wait = this.looked + 60 - performance.now();
+    if (wait > 0) this.looking = window.setTimeout(() => this.lookAt(clientX, clientY), wait);
+    else this.lookAt(clientX, clientY);
+  }
+
+  private lookAt(x: number, y: number): void {
+    this.looked = performance.now();
     const bodies = this.hand.bodies();
-    const hit = bodies && firstHit(bodies, this.view.ray(event.clientX, event.clientY));
+    const hit = bodies && firstHit(bodies, this.view.ray(x, y));
     const box = this.view.canvas.getBoundingClientRect();
-    this.hand.hover(hit ? hit.body : null, event.clientX - box.left, event.clientY - box.top);
+    this.hand.hover(hit ? hit.body : null, x - box.left, y - box.top);
+  }
+
+  private leave(): void {
+    clearTimeout(this.looking);
+    this.hand.hover(null, 0, 0);
   }
 
   private pullTo(target: three.Vector3): void {
