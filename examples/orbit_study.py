@@ -2,7 +2,8 @@
 
     ./dev python examples/orbit_study.py plans FOLDER     two shapes of the plate at three places, tissue of three stiffnesses
     ./dev python examples/orbit_study.py plans FOLDER --head ct   the same with scenes/orbit-ct.json, whose plates are raised and lowered
-    ./dev python examples/orbit_study.py meshes FOLDER    the repair with three meshes of the same label map; the fracture also with smoothed tets
+    ./dev python examples/orbit_study.py meshes FOLDER    the repair with four meshes of the same label map; the fracture also with smoothed tets
+    ./dev python examples/orbit_study.py meshes FOLDER --head ct   the same with the label map of the CT
 
 Each writes a table (.csv, .json) and a chart (.png) to FOLDER. Finished runs are kept there: a study that was interrupted
 continues where it was. docs/orbit.md shows what comes out.
@@ -26,7 +27,9 @@ PLATE = ["--size", "18,20", "--thickness", 0.5]  # mm; as in the scene
 SHAPES = {"bent": [], "flat": ["--flat"]}
 PLACES = {"planned": (-2.0, 7.0), "4 mm forward": (-2.0, 3.0), "4 mm lateral": (2.0, 7.0)}
 RISES = {"planned": 0.0, "1 mm higher": 1.0, "1 mm lower": -1.0}  # mm, of the plates of the CT: they fit into the hole, and reach no other place
-TETS = {"coarse": 12000, "middle": 24000, "fine": 48000, "finest": 96000}  # of all tissues
+TETS = {"synthetic": {"coarse": 12000, "middle": 24000, "fine": 48000, "finest": 96000},
+        "ct": {"coarse": 15000, "middle": 30000, "fine": 60000, "finest": 120000}}  # of all tissues
+LAST = {"synthetic": "release", "ct": "repair"}  # the stage after which the repair is judged
 OFF = ("globe_off", "globe off its place, mm", 1, 0.05)  # column, label, factor of its unit, least end of its axis
 CHARTED = {"synthetic": [OFF, ("herniated", "herniated tissue, ml", 1e-3, 0.1)], "ct": [OFF, ("orbit_larger", "orbit larger by, ml", 1e-3, 0.05)]}
 PARTS = ["repair", "fracture"]  # of the study of meshes: the scene as it is, and its fracture with smoothed fat
@@ -48,6 +51,14 @@ def call(*arguments):
     subprocess.run([find_command(), *map(str, arguments)], check=True, stdout=subprocess.DEVNULL)
 
 
+def of_ct(name):
+    """A file that is made from the CT."""
+    file = CT_MESHES / name
+    if not file.exists():
+        sys.exit(f"orbit_study.py: no {file}: './dev run scenes/orbit-ct.json --steps 1' makes it from the CT")
+    return file
+
+
 def make_plate(folder, shape, place):
     """A plate of this shape that rests on the floor at this place; its file."""
     x, y = PLACES[place]
@@ -61,22 +72,25 @@ def plate_of(folder, head, shape, place):
     """Which plate is put where: values of a run."""
     if head == "synthetic":
         return {"plate": str(make_plate(folder, shape, place))}
-    file = CT_MESHES / f"plate-{shape}.mesh"
-    if not file.exists():
-        sys.exit(f"orbit_study.py: no {file}: './dev run scenes/orbit-ct.json --steps 1' makes it from the CT")
-    return {"plate": str(file), "rise": RISES[place]}
+    return {"plate": str(of_ct(f"plate-{shape}.mesh")), "rise": RISES[place]}
 
 
-def make_meshes(folder, part, fineness):
+def labels_of(folder, head):
+    """The file of the label map."""
+    if head == "synthetic":
+        labels = folder / "orbit.seg.nrrd"
+        call("generate", "orbit-labels", "--out", labels)
+        return labels
+    return of_ct("organs.seg.nrrd")
+
+
+def make_meshes(folder, head, part, fineness):
     """The bodies of the label map with so many tets; the folder of their files. All sizes scale with the tets."""
-    labels = folder / "orbit.seg.nrrd"
     out = folder / "meshes" / f"{part}-{fineness}"
-    folder.mkdir(parents=True, exist_ok=True)
-    call("generate", "orbit-labels", "--out", labels)
-    scale = (TETS["middle"] / TETS[fineness]) ** (1 / 3)
+    scale = (TETS[head]["middle"] / TETS[head][fineness]) ** (1 / 3)
     sizes = ["--size", f"floor:fragment={BORDER * scale:.3g}", "--size", f"fat:fragment={HOLE * scale:.3g}"] if part == "fracture" else []
-    call("mesh", labels, "--conforming", "--rigid", "bone", "--rigid", "floor", "--rigid", "fragment", "--relation",
-         "fat:floor=slides", "--relation", "fat:fragment=slides", "--tets", TETS[fineness], *sizes, "--out", out, "--quiet")
+    call("mesh", labels_of(folder, head), "--conforming", "--rigid", "bone", "--rigid", "floor", "--rigid", "fragment", "--relation",
+         "fat:floor=slides", "--relation", "fat:fragment=slides", "--tets", TETS[head][fineness], *sizes, "--out", out, "--quiet")
     return out
 
 
@@ -172,20 +186,22 @@ def rank(rows):
     return sorted(ranked, key=lambda plan: (bool(plan["remarks"]), plan["mean"]))
 
 
-def study_meshes(folder, workers, names, parts):
-    samples = [{"part": part, "fineness": name, "mesh": str(make_meshes(folder, part, name) / f"{SOFT}.vtu"), "pressure": PRESSURE}
+def study_meshes(folder, workers, head, names, parts):
+    last = LAST[head]
+    samples = [{"part": part, "fineness": name, "mesh": str(make_meshes(folder, head, part, name) / f"{SOFT}.vtu"), "pressure": PRESSURE}
                for part in parts for name in names]
-    rows = runs(SCENES["synthetic"], folder, samples, workers, change_mesh)
+    rows = runs(SCENES[head], folder, samples, workers, change_mesh)
     done = [row for row in rows if row["status"] == "done"]
     for row in done:
-        for stage in ("fracture", "release"):
+        for stage in ("fracture", last):
             for name in ("herniated", "orbit_volume"):
                 if f"{stage}.{name}" in row:
                     row[f"{stage}.{name}_change"] = row[f"{stage}.{name}"] - row[f"intact.{name}"]
     write(folder / "meshes", rows, {})
     after = ["globe_down", "globe_back", "globe_off", "orbit_volume_change"]
     fracture = [f"fracture.{name}" for name in [*after, "herniated_change"]]
-    groups = [("after the repair", "repair", [f"release.{name}" for name in [*after, "plate_force", "plate_area"]]),
+    plate = ["plate_force", "plate_area"] if head == "synthetic" else ["plate_force"]
+    groups = [("after the repair", "repair", [f"{last}.{name}" for name in [*after, *plate]]),
               ("after the fracture, linear tets", "repair", fracture), ("after the fracture, smoothed fat", "fracture", fracture)]
     for title, part, shown in groups:
         own = [row for row in done if row["part"] == part]
@@ -271,11 +287,11 @@ def main():
     parser.add_argument("study", choices=["plans", "meshes"])
     parser.add_argument("folder", type=pathlib.Path)
     parser.add_argument("--workers", type=int, default=None, help="processes; default: one a core")
-    parser.add_argument("--head", choices=SCENES, default="synthetic", help="of the study of plans")
+    parser.add_argument("--head", choices=SCENES, default="synthetic")
     parser.add_argument("--shapes", nargs="+", choices=SHAPES, default=list(SHAPES))
     parser.add_argument("--places", nargs="+", choices=[*PLACES, *list(RISES)[1:]], help="default: all of this head")
     parser.add_argument("--stiffness", nargs="+", type=float, default=[0.5, 1.0, 2.0], help="of the fat, factors")
-    parser.add_argument("--meshes", nargs="+", choices=TETS, default=list(TETS))
+    parser.add_argument("--meshes", nargs="+", choices=TETS["ct"], default=list(TETS["ct"]))
     parser.add_argument("--parts", nargs="+", choices=PARTS, default=PARTS, help="of the study of meshes")
     given = parser.parse_args()
     folder = given.folder.resolve()
@@ -286,7 +302,7 @@ def main():
             parser.error(f"--places: found '{unknown[0]}', expected one of: {', '.join(known)}")
         study_plans(folder, given.workers, given.head, given.shapes, given.places or list(known), given.stiffness)
     else:
-        study_meshes(folder, given.workers, given.meshes, given.parts)
+        study_meshes(folder, given.workers, given.head, given.meshes, given.parts)
 
 
 if __name__ == "__main__":

@@ -180,6 +180,16 @@ def test_the_study_knows_the_places_of_each_head(root, tmp_path):
     assert refused.stderr.splitlines()[-1].endswith("--places: found '4 mm forward', expected one of: planned, 1 mm higher, 1 mm lower")
 
 
+@pytest.mark.parametrize("study, missing", [("plans", "plate-bent.mesh"), ("meshes", "organs.seg.nrrd")])
+def test_the_study_says_what_makes_the_files_of_the_ct(root, tmp_path, study, missing):
+    """In a clone in which the scene of the CT was never run."""
+    (tmp_path / "examples").mkdir()
+    script = shutil.copy(root / "examples/orbit_study.py", tmp_path / "examples")
+    refused = subprocess.run([sys.executable, script, study, "out", "--head", "ct"], cwd=tmp_path, capture_output=True, text=True)
+    assert refused.returncode == 1 and len(refused.stderr.splitlines()) == 1
+    assert refused.stderr.endswith(f"{missing}: './dev run scenes/orbit-ct.json --steps 1' makes it from the CT\n")
+
+
 @pytest.mark.long
 def test_the_repair_in_a_ct(root, command, tmp_path):
     """At rest in each stage, converged, nothing inverted in any step, contacts at most 2 % of an edge deep at the end; the page's figures."""
