@@ -208,9 +208,10 @@ void CoarseLevel::coarsen_couplings(const parallel::Threads& threads, CouplingJa
         for (std::size_t c = begin; c < end; ++c) {
           for (std::uint32_t b = jacobians_.begin[c]; b < jacobians_.begin[c] + jacobians_.count[c]; ++b) {
             const std::uint32_t node = jacobians_.nodes[b];
-            for (std::uint32_t k = transfer_.begin[node]; k < transfer_.begin[node + 1]; ++k)
+            for (std::uint32_t k = transfer_.begin[node]; k < transfer_.begin[node + 1]; ++k) {
               terms.push_back(
                   {b, restriction_of_[k], next.block(c, transfer_.columns[k]), jacobians_.rows[c]});
+            }
           }
         }
         simd::add_transfers(jacobians_.motions.data(), restriction_.blocks.data(), terms.data(), terms.size(),
