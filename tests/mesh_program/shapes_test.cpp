@@ -140,6 +140,16 @@ TEST_F(MeshProgram, ANumberOfTetsIsMet) {
   EXPECT_NEAR(tets(apart, 1), 2000.0, 100.0);
 }
 
+TEST_F(MeshProgram, AThinSlabIsMeshed) {  // CGAL's exuder does not end on it by itself
+  write("slab.off",
+        "OFF\n8 12 0\n0 0 0\n0 0 2\n0 100 0\n0 100 2\n100 0 0\n100 0 2\n100 100 0\n100 100 2\n"
+        "3 0 1 3\n3 0 3 2\n3 4 6 7\n3 4 7 5\n3 0 4 5\n3 0 5 1\n3 2 3 7\n3 2 7 6\n3 0 2 6\n3 0 6 4\n"
+        "3 1 5 7\n3 1 7 3\n");
+  const Json report = meshed("slab.off", {"--unit", "mm", "--tets", "3000"});
+  EXPECT_GT(report["organs"][0]["min_dihedral_angle"], 8.0);
+  EXPECT_NEAR(info("slab")["volume"].get<double>(), 20000.0, 1000.0);
+}
+
 TEST_F(MeshProgram, ASecondRunHasTheSameBits) {
   const TestMap map({24, 22, 20}, [](int i, int j, int k) {
     return distance(i - 11, 1.2 * (j - 10), k - 9.5) < 8.5 ? (i < 12 ? 1 : 2) : 0;
