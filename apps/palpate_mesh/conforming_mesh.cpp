@@ -88,11 +88,7 @@ class ConformingMesher {
     for (const NamedLabel& label : map.labels) voxels_ += static_cast<double>(label.extent.voxels);
     domain_.lower = tissues_.lower();
     domain_.upper = tissues_.upper();
-    domain_.label = [this](const Vec3& p) {
-      constexpr int calls_between = 1024;
-      if (++calls_ % calls_between == 0) progress_->check();
-      return tissues_.at(p);
-    };
+    domain_.label = [this](const Vec3& p) { return tissues_.at(p); };
   }
   ConformingMesher(const ConformingMesher&) = delete;
   ConformingMesher& operator=(const ConformingMesher&) = delete;
@@ -140,7 +136,8 @@ class ConformingMesher {
         .cell_size = [&](const Vec3& p) { return fineness.cell_ratio * sizes_(p); },
         .max_points = fineness.max_points,
         .manifold = false,
-        .wanted = wanted};
+        .wanted = wanted,
+        .check = progress_->check};
     auto found = mesh_domain(domain_, criteria);
     if (!found) {
       throw Error("meshing", "", fmt::format("more than {} points", fineness.max_points),
@@ -200,7 +197,6 @@ class ConformingMesher {
   ConformingMesh made_;
   double voxels_ = 0.0;
   double first_size_ = 0.0;
-  int calls_ = 0;
 };
 
 }  // namespace

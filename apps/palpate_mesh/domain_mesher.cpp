@@ -9,6 +9,7 @@
 #include <CGAL/make_mesh_3.h>
 #include <algorithm>
 #include <array>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -73,8 +74,11 @@ struct CGAL::Dump_c3t3<palpate::app::Complex, true> {  // NOLINT(readability-ide
 namespace palpate::app {
 namespace {
 
-SeededDomain make_domain(const LabelledDomain& domain) {
-  const auto label = [&domain](const Kernel::Point_3& p) { return domain.label({p.x(), p.y(), p.z()}); };
+SeededDomain make_domain(const LabelledDomain& domain, const std::function<void()>& turn) {
+  const auto label = [&](const Kernel::Point_3& p) {
+    turn();
+    return domain.label({p.x(), p.y(), p.z()});
+  };
   const CGAL::Bbox_3 box(domain.lower.x, domain.lower.y, domain.lower.z, domain.upper.x, domain.upper.y,
                          domain.upper.z);
   return {CgalDomain(label, box, parameters::relative_error_bound = 1e-4), domain.seeds};
@@ -147,30 +151,30 @@ std::optional<Complex> refined(const SeededDomain& domain, const Criteria& crite
   return std::nullopt;
 }
 
-/// 128 meshes of our tests needed at most 1.01.
-constexpr std::size_t turns_per_tet = 5;
-
 /// Thrown out of CGAL's exuder between two of its turns, where the mesh is whole.
 struct ExuderIsDone {};
 
-/// Ends the exuder after a number of turns.
+/// What CGAL's exuder calls after each turn.
 struct TurnsLeft {
-  std::size_t* turns;
+  std::size_t* left;
+  const std::function<void()>* turn;
   void after_cell_pumped(std::size_t /*cells_left*/) const {
-    if ((*turns)-- == 0) throw ExuderIsDone{};
+    if (*left == 0) throw ExuderIsDone{};
+    --*left;
+    (*turn)();
   }
 };
 
 /// CGAL's exude_mesh_3 with a limit of turns. Where points lie in planes, as in a thin slab, CGAL takes the
-/// same slivers from one point to another and back for ever. A limit of time would make the mesh depend on
-/// the machine.
-void exude(Complex& complex) {
+/// same slivers from one point to another and back for ever. Other meshes need about one turn a tet.
+void exude(Complex& complex, const std::function<void()>& turn) {
+  constexpr std::size_t turns_per_tet = 5;
   using Angle = CGAL::Mesh_3::Min_dihedral_angle_criterion<Triangulation>;
-  std::size_t turns = turns_per_tet * complex.number_of_cells_in_complex();
+  std::size_t left = turns_per_tet * complex.number_of_cells_in_complex();
   CGAL::Mesh_3::Slivers_exuder<Complex, Angle, TurnsLeft> exuder(complex,
                                                                  Angle(0.0, complex.triangulation()));
   try {
-    exuder(TurnsLeft{&turns});
+    exuder({&left, &turn});
   } catch (const ExuderIsDone&) {
     // What it has done so far is kept.
   }
@@ -183,7 +187,12 @@ std::optional<LabelledMesh> mesh_domain(const LabelledDomain& domain, const Mesh
   CGAL::set_warning_handler([](const char*, const char*, const char*, int, const char*) {
   });  // replaces CGAL's function, which prints
   CGAL::set_error_handler([](const char*, const char*, const char*, int, const char*) {});
-  const SeededDomain seeded = make_domain(domain);
+  int turns = 0;
+  const std::function<void()> turn = [&] {
+    constexpr int turns_between = 1024;
+    if (++turns % turns_between == 0 && criteria.check) criteria.check();
+  };
+  const SeededDomain seeded = make_domain(domain, turn);
   const Criteria fine(parameters::facet_angle = 25.0, parameters::facet_size = CgalSize{&criteria.facet_size},
                       parameters::facet_distance = CgalSize{&criteria.facet_distance},
                       parameters::cell_radius_edge_ratio = 2.5,
@@ -194,9 +203,9 @@ std::optional<LabelledMesh> mesh_domain(const LabelledDomain& domain, const Mesh
     std::optional<Complex> complex = refined(seeded, fine, criteria.max_points, manifold);
     if (!complex) continue;
     if (!criteria.wanted || criteria.wanted(complex->number_of_cells_in_complex())) {
-      // No limit of time: the mesh must not depend on the machine.
+      // No limits of time: the mesh must not depend on the machine.
       CGAL::perturb_mesh_3(*complex, seeded);
-      exude(*complex);
+      exude(*complex, turn);
     }
     return sorted_mesh(*complex, manifold);
   }

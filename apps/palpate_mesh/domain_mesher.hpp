@@ -41,6 +41,8 @@ struct MeshingCriteria {
   /// Called with the number of tets before tets are improved, which takes longest. If it returns false, the
   /// mesh is returned without that. Absent: all are improved.
   std::function<bool(std::size_t)> wanted;
+  /// Called often while the mesh is made; may throw to stop. Absent: nothing is called.
+  std::function<void()> check;
 };
 
 /// Tets with labels: interfaces between labels are common faces of two tets.

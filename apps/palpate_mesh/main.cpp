@@ -3,6 +3,7 @@
 #include <chrono>
 #include <filesystem>
 #include <fmt/format.h>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
@@ -62,7 +63,7 @@ class Progress {
   std::string doing_;
 };
 
-std::vector<MeshedOrgan> mesh_with_progress(const std::vector<Organ>& organs, MeshOptions& options) {
+MeshedOrgans mesh_with_progress(const std::vector<Organ>& organs, MeshOptions& options) {
   constexpr double default_tets = 10000.0;
   Fineness& fineness = options.fineness;
   if (fineness.size <= 0.0 && fineness.tets <= 0.0 && fineness.tets_each <= 0.0) fineness.tets = default_tets;
@@ -115,9 +116,11 @@ void report(const MeshOptions& options, const fs::path& folder, const std::vecto
 void mesh_each(MeshOptions& options, const fs::path& folder) {
   Stopwatch watch;
   const OrganList list = as_input([&] { return read_organs(options); });
-  std::vector<MeshedOrgan> meshed = mesh_with_progress(list.organs, options);
-  const auto reports = write_bodies(folder, options, list.organs, std::move(meshed));
-  report(options, folder, reports, list.warnings, watch.lap());
+  MeshedOrgans meshed = mesh_with_progress(list.organs, options);
+  const auto reports = write_bodies(folder, options, list.organs, std::move(meshed.organs));
+  std::vector<std::string> warnings = list.warnings;
+  std::ranges::move(meshed.warnings, std::back_inserter(warnings));
+  report(options, folder, reports, warnings, watch.lap());
 }
 
 void mesh_together(MeshOptions& options, const fs::path& folder) {

@@ -87,6 +87,12 @@ class Mesher {
       size = tried.next();
     }
     if (best.empty()) fail_points(most_points);
+    constexpr double far = 1.1;
+    if (std::abs(best_off) > std::log(far)) {
+      warnings_.push_back(
+          fmt::format("{}: {:.0f} tets, where {:.0f} were asked for: no size tried gives a nearer number",
+                      names_of(group), std::exp(best_off) * wanted, wanted));
+    }
     for (std::size_t g = 0; g < group.size(); ++g) {
       MeshedOrgan& organ = meshed_[group[g]];
       const int meshings = organ.meshings;
@@ -97,9 +103,9 @@ class Mesher {
     }
   }
 
-  std::vector<MeshedOrgan> take() {
+  MeshedOrgans take() {
     for (std::size_t o = 0; o < meshed_.size(); ++o) finish((*organs_)[o], meshed_[o]);
-    return std::move(meshed_);
+    return {std::move(meshed_), std::move(warnings_)};
   }
 
  private:
@@ -110,15 +116,10 @@ class Mesher {
     Stopwatch watch;
     const Organ& organ = (*organs_)[index];
     const Lattice& field = organ.field;
-    int calls = 0;
     LabelledDomain shape;
     shape.lower = field.origin;
     shape.upper = field.place(field.size[0] - 1, field.size[1] - 1, field.size[2] - 1);
-    shape.label = [&](const Vec3& p) {
-      constexpr int calls_between = 1024;
-      if (++calls % calls_between == 0) (*check_)();
-      return field(p) > 0.0 ? 1 : 0;
-    };
+    shape.label = [&](const Vec3& p) { return field(p) > 0.0 ? 1 : 0; };
     MeshedOrgan& meshed = meshed_[index];
     meshed.mesh = {};
     // A slender organ may need more seeds than its size asks for, since CGAL may find no triangle to start
@@ -133,7 +134,8 @@ class Mesher {
                                    .cell_size = everywhere(fineness_->cell_ratio * size),
                                    .max_points = most_points,
                                    .manifold = true,
-                                   .wanted = {}};
+                                   .wanted = {},
+                                   .check = *check_};
     std::optional<LabelledMesh> made;
     for (const double apart : seeds_apart) {
       const SurfaceSeeds seeds = surface_seeds(field, apart * size);
@@ -184,6 +186,11 @@ class Mesher {
                             std::min({spacing.x, spacing.y, spacing.z})));
   }
 
+  [[nodiscard]] std::string names_of(const std::vector<std::size_t>& group) const {
+    const std::string& first = (*organs_)[group.front()].name;
+    return group.size() == 1 ? first : fmt::format("{} and {} more", first, group.size() - 1);
+  }
+
   [[nodiscard]] std::vector<MeshedOrgan> meshes_of(const std::vector<std::size_t>& group) const {
     std::vector<MeshedOrgan> meshes;
     meshes.reserve(group.size());
@@ -206,6 +213,7 @@ class Mesher {
   const MeshingStarts* starts_;
   const std::function<void()>* check_;
   std::vector<MeshedOrgan> meshed_;
+  std::vector<std::string> warnings_;
 };
 
 std::optional<double> named(const std::vector<Fineness::Named>& values, const std::string& organ) {
@@ -217,8 +225,8 @@ std::optional<double> named(const std::vector<Fineness::Named>& values, const st
 
 }  // namespace
 
-std::vector<MeshedOrgan> mesh_organs(const std::vector<Organ>& organs, const Fineness& fineness,
-                                     const MeshingStarts& starts, const std::function<void()>& check) {
+MeshedOrgans mesh_organs(const std::vector<Organ>& organs, const Fineness& fineness,
+                         const MeshingStarts& starts, const std::function<void()>& check) {
   Mesher mesher(organs, fineness, starts, check);
   std::vector<std::size_t> together;
   for (std::size_t o = 0; o < organs.size(); ++o) {

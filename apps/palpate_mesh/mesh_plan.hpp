@@ -24,6 +24,12 @@ struct MeshedOrgan {
   double seconds = 0.0;
 };
 
+/// All meshed organs, and what to tell the user.
+struct MeshedOrgans {
+  std::vector<MeshedOrgan> organs;
+  std::vector<std::string> warnings;  ///< where a number of tets was asked for and missed by over a tenth
+};
+
 /// Called before each meshing: the organ's index and the size. May throw to stop.
 using MeshingStarts = std::function<void(std::size_t, double)>;
 
@@ -31,7 +37,7 @@ using MeshingStarts = std::function<void(std::size_t, double)>;
 /// at most eight meshings; it stops within 2 %, and else the nearest is used). `check` is called often while
 /// a mesh is made; it may throw to stop. Throws Error naming an organ of which nothing could be meshed. The
 /// same input gives the same meshes.
-std::vector<MeshedOrgan> mesh_organs(const std::vector<Organ>& organs, const Fineness& fineness,
-                                     const MeshingStarts& starts, const std::function<void()>& check);
+MeshedOrgans mesh_organs(const std::vector<Organ>& organs, const Fineness& fineness,
+                         const MeshingStarts& starts, const std::function<void()>& check);
 
 }  // namespace palpate::app

@@ -1,4 +1,5 @@
 #include <cmath>
+#include <fmt/format.h>
 
 #include "mesh_program/meshed.hpp"
 
@@ -148,6 +149,10 @@ TEST_F(MeshProgram, AThinSlabIsMeshed) {  // CGAL's exuder does not end on it by
   const Json report = meshed("slab.off", {"--unit", "mm", "--tets", "3000"});
   EXPECT_GT(report["organs"][0]["min_dihedral_angle"], 8.0);
   EXPECT_NEAR(info("slab")["volume"].get<double>(), 20000.0, 1000.0);
+  ASSERT_EQ(report["warnings"].size(), 1U) << "more tets than were asked for";
+  EXPECT_EQ(report["warnings"][0],
+            fmt::format("slab: {} tets, where 3000 were asked for: no size tried gives a nearer number",
+                        report["organs"][0]["tets"].get<int>()));
 }
 
 TEST_F(MeshProgram, ASecondRunHasTheSameBits) {
