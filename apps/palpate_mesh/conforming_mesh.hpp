@@ -17,6 +17,7 @@ struct ConformingMesh {
   double size = 0.0;        ///< general size of triangles, mm
   double least_size = 0.0;  ///< size in the thinnest layers
   int meshings = 0;
+  double wanted_tets = 0.0;  ///< number that the user asked for; 0: none
 };
 
 /// Callbacks of a mesher. Each may throw an exception to stop it.

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <fmt/format.h>
+#include <utility>
 
 #include "numbers.hpp"
+#include "size_search.hpp"
 
 namespace palpate::app {
 namespace {
@@ -95,6 +97,10 @@ std::vector<std::string> warnings_of(const ConformingMesh& made, const TissuePla
   if (const double fraction = closed_fraction(made, plan); fraction < closed) {
     warnings.push_back(
         fmt::format("only {:.1f} % of the area where organs touch in the map is closed", 100.0 * fraction));
+  }
+  if (made.wanted_tets > 0.0) {
+    if (auto missed = missed_number(static_cast<double>(made.mesh.labels.size()), made.wanted_tets))
+      warnings.push_back(std::move(*missed));
   }
   return warnings;
 }

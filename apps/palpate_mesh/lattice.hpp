@@ -45,6 +45,10 @@ double level_of_volume(const Lattice& lattice, double volume);
 /// Volume where the lattice is above 0, by sampling cells. O(points).
 double positive_volume(const Lattice& lattice);
 
+/// Twice the volume over the area, of the shape where the lattice is above 0; infinite without a surface.
+/// O(points).
+double mean_thickness(const Lattice& lattice);
+
 /// Points where the surface of a shape crosses the lattice, as seeds of a mesher.
 struct SurfaceSeeds {
   std::vector<Vec3> points;

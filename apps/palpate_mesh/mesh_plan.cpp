@@ -12,6 +12,7 @@
 #include <palpate/error.hpp>
 
 #include "domain_mesher.hpp"
+#include "geometry/vector.hpp"
 #include "size_search.hpp"
 #include "stopwatch.hpp"
 
@@ -43,6 +44,12 @@ int components_of(const TetMesh& mesh) {
   return components;
 }
 
+/// The next number with two digits.
+double rounded_up(double number) {
+  const double unit = std::pow(10.0, std::floor(std::log10(number)) - 1.0);
+  return unit * std::ceil(number / unit);
+}
+
 class Mesher {
  public:
   Mesher(const std::vector<Organ>& organs, const Fineness& fineness, const MeshingStarts& starts,
@@ -62,7 +69,10 @@ class Mesher {
     constexpr double tets_in_a_cube = 6.0;  // first guess: tets in a cube whose edges have the wanted size
     constexpr double near = 0.02;
     constexpr int most = 8;
-    constexpr double most_work = 12.0;  // limit on the tets of all meshings, relative to the wanted number
+    constexpr double most_work = 12.0;    // limit on the tets of all meshings, relative to the wanted number
+    constexpr double whole_volume = 0.5;  // triangles that are far larger than a sheet is thick leave holes
+    constexpr double finer = -0.5;        // logarithms of a number of tets after which the size is smaller
+    constexpr double much_finer = -2.0;
     double volume = 0.0;
     for (const std::size_t organ : group) volume += meshed_[organ].shape_volume;
     if (!(volume > 0.0)) fail_volume(group.front());
@@ -70,15 +80,18 @@ class Mesher {
     const std::size_t most_points = points_for(wanted);
     SizeSearch tried;
     double best_off = std::numeric_limits<double>::infinity();
+    double best_tets = 0.0;
     std::vector<MeshedOrgan> best;
     double work = 0.0;
     for (int meshing = 0; meshing < most; ++meshing) {
       const std::optional<double> tets = mesh(group, size, most_points);
-      const double off =
-          std::log(std::max(tets.value_or(6.0 * static_cast<double>(most_points)), 1.0) / wanted);
+      double off = std::log(std::max(tets.value_or(6.0 * static_cast<double>(most_points)), 1.0) / wanted);
+      const bool whole = tets && volume_of(group) > whole_volume * volume;
+      if (tets && !whole) off = std::clamp(off, much_finer, finer);  // its number of tets says nothing
       tried.add(size, off);
-      if (tets && std::abs(off) < best_off) {
+      if (whole && std::abs(off) < best_off) {
         best_off = std::abs(off);
+        best_tets = *tets;
         best = meshes_of(group);
       }
       work += std::exp(off);
@@ -86,13 +99,9 @@ class Mesher {
       if (tried.coarser_does_not_help()) break;
       size = tried.next();
     }
-    if (best.empty()) fail_points(most_points);
-    constexpr double far = 1.1;
-    if (std::abs(best_off) > std::log(far)) {
-      warnings_.push_back(
-          fmt::format("{}: {:.0f} tets, where {:.0f} were asked for: no size tried gives a nearer number",
-                      names_of(group), std::exp(best_off) * wanted, wanted));
-    }
+    if (best.empty()) fail_search(group, wanted, most_points);
+    if (const auto missed = missed_number(best_tets, wanted))
+      warnings_.push_back(fmt::format("{}: {}", names_of(group), *missed));
     for (std::size_t g = 0; g < group.size(); ++g) {
       MeshedOrgan& organ = meshed_[group[g]];
       const int meshings = organ.meshings;
@@ -125,9 +134,6 @@ class Mesher {
     // A slender organ may need more seeds than its size asks for, since CGAL may find no triangle to start
     // with.
     constexpr std::array<double, 4> seeds_apart{2.0, 1.0, 0.5, 0.25};  // sizes
-    double distance = fineness_->distance_ratio * size;
-    constexpr double of_thickness = 0.2;  // so that the two sides of a sheet do not intersect
-    if (organ.thickness > 0.0) distance = std::min(distance, of_thickness * organ.thickness);
     const auto everywhere = [](double value) { return [value](const Vec3&) { return value; }; };
     const MeshingCriteria criteria{.facet_size = everywhere(size),
                                    .facet_distance = everywhere(fineness_->distance_ratio * size),
@@ -177,6 +183,38 @@ class Mesher {
   [[noreturn]] static void fail_points(std::size_t points) {
     throw Error("meshing", "", fmt::format("more than {} points", points),
                 "a larger --size, fewer --tets, or more --max-points");
+  }
+
+  /// Says how many tets a thin shape needs, where that is the reason.
+  [[noreturn]] void fail_search(const std::vector<std::size_t>& group, double wanted,
+                                std::size_t most_points) const {
+    constexpr double tets_in_a_thickness = 5.0;  // in a cube of it: 4.3 to 6.4 in sheets of 0.5 to 2 mm
+    double least = 0.0;
+    double thinnest = std::numeric_limits<double>::infinity();
+    for (const std::size_t organ : group) {
+      const double thick = mean_thickness((*organs_)[organ].field);
+      least += tets_in_a_thickness * meshed_[organ].shape_volume / (thick * thick * thick);
+      thinnest = std::min(thinnest, thick);
+    }
+    if (!(least > wanted)) fail_points(most_points);
+    throw Error(names_of(group), "", fmt::format("no whole mesh of about {:.0f} tets", wanted),
+                fmt::format("about {:.0f} tets or more where a shape is {:.3g} mm thick (mean)",
+                            rounded_up(least), thinnest));
+  }
+
+  /// Volume of the last meshes.
+  [[nodiscard]] double volume_of(const std::vector<std::size_t>& group) const {
+    double sum = 0.0;
+    for (const std::size_t organ : group) {
+      const TetMesh& mesh = meshed_[organ].mesh;
+      for (const Tet& tet : mesh.tets) {
+        const Vec3& p = at(mesh.points, tet[0]);
+        sum += dot(at(mesh.points, tet[1]) - p,
+                   cross(at(mesh.points, tet[2]) - p, at(mesh.points, tet[3]) - p)) /
+               6.0;
+      }
+    }
+    return sum;
   }
 
   [[noreturn]] void fail_volume(std::size_t organ) const {

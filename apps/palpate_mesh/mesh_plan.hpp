@@ -34,7 +34,8 @@ struct MeshedOrgans {
 using MeshingStarts = std::function<void(std::size_t, double)>;
 
 /// Meshes all organs. Where a number of tets is asked for, by a search over the size (secant in logarithms,
-/// at most eight meshings; it stops within 2 %, and else the nearest is used). `check` is called often while
+/// at most eight meshings; it stops within 2 %, and else the nearest is used, but none that lacks half of the
+/// volume). `check` is called often while
 /// a mesh is made; it may throw to stop. Throws Error naming an organ of which nothing could be meshed. The
 /// same input gives the same meshes.
 MeshedOrgans mesh_organs(const std::vector<Organ>& organs, const Fineness& fineness,

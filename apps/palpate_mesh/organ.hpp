@@ -21,7 +21,6 @@ struct Organ {
   Frame frame;                ///< from the axes of the field to the world
   double input_volume = 0.0;  ///< of the voxels of the label, or inside the surface, mm^3
   std::vector<std::string> remarks;  ///< for the user
-  double thickness = 0.0;            ///< twice the volume over the area, mm; 0: unknown
 };
 
 /// The mask of a label, 1 in it and 0 elsewhere, blurred; on voxel centres of its box with a margin. `map`
@@ -46,7 +45,6 @@ Lattice label_field(const LabelMap& map, const LabelExtent& extent, const Shapin
 struct SurfaceShape {
   Lattice field;                     ///< like that of an Organ
   double volume = 0.0;               ///< like Organ::input_volume
-  double thickness = 0.0;            ///< like that of an Organ
   std::vector<std::string> remarks;  ///< for the user
 };
 

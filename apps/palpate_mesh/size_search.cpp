@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
 
 namespace palpate::app {
 
@@ -32,6 +33,13 @@ double SizeSearch::next() const {
   for (const auto& [s, o] : tried_) (o > 0.0 ? low : high) = o > 0.0 ? std::max(low, s) : std::min(high, s);
   if (low < high && (next <= low || next >= high)) next = 0.5 * (low + high);
   return std::exp(next);
+}
+
+std::optional<std::string> missed_number(double tets, double wanted) {
+  constexpr double far = 1.1;
+  if (tets < far * wanted && wanted < far * tets) return std::nullopt;
+  return fmt::format("{:.0f} tets, where {:.0f} were asked for: no size tried gives a nearer number", tets,
+                     wanted);
 }
 
 }  // namespace palpate::app

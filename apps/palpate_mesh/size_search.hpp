@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -22,5 +24,8 @@ class SizeSearch {
   std::vector<std::pair<double, double>>
       tried_;  ///< logarithms of the size, and of the number of tets over the wanted number
 };
+
+/// What to tell the user where a search misses the wanted number of tets by over a tenth.
+[[nodiscard]] std::optional<std::string> missed_number(double tets, double wanted);
 
 }  // namespace palpate::app

@@ -237,6 +237,15 @@ TEST_F(Conforming, WarnsOfLabelsThatAreCutOrScattered) {
   EXPECT_NE(warnings.find("label 2: only 1 voxel"), std::string::npos) << warnings;
 }
 
+TEST_F(Conforming, WarnsWhereTheNumberOfTetsIsMissed) {
+  write("balls.seg.nrrd", named(balls()));
+  const Json report = conforming("balls.seg.nrrd", {"--tets", "5"});
+  const std::string words = report["tets"].dump() + " tets, where 5 were asked for";
+  EXPECT_NE(report["warnings"].dump().find(words), std::string::npos) << report["warnings"];
+  EXPECT_EQ(conforming("balls.seg.nrrd", {"--tets", "4000"})["warnings"].dump().find("asked for"),
+            std::string::npos);
+}
+
 TEST_F(Conforming, RefusesWhatDoesNotFit) {
   write("balls.seg.nrrd", named(balls()));
   write("box.stl", box_stl({0, 0, 0}, {1, 1, 1}));

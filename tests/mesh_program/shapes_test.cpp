@@ -1,5 +1,6 @@
 #include <cmath>
 #include <fmt/format.h>
+#include <regex>
 
 #include "mesh_program/meshed.hpp"
 
@@ -153,6 +154,24 @@ TEST_F(MeshProgram, AThinSlabIsMeshed) {  // CGAL's exuder does not end on it by
   EXPECT_EQ(report["warnings"][0],
             fmt::format("slab: {} tets, where 3000 were asked for: no size tried gives a nearer number",
                         report["organs"][0]["tets"].get<int>()));
+}
+
+TEST_F(MeshProgram, ASheetTooThinForItsTetsIsRefusedAndTheAdviceIsRight) {
+  write("sheet.stl", box_stl({0, 0, 0}, {80, 80, 1}));
+  const Finished refused =
+      palpate({"mesh", "sheet.stl", "--unit", "mm", "--tets", "1000", "--out", "out", "--quiet"});
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_FALSE(exists("out"));
+  const std::regex words(
+      "sheet: found no whole mesh of about 1000 tets, expected about (\\d+) tets or more "
+      "where a shape is ([0-9.]+) mm thick");
+  std::smatch said;
+  ASSERT_TRUE(std::regex_search(refused.err, said, words)) << refused.err;
+  EXPECT_NEAR(std::stod(said[2]), 0.976, 0.01) << "6400 mm^3, 13120 mm^2";
+  const Json report = meshed("sheet.stl", {"--unit", "mm", "--size", "2"});
+  const double advice = std::stod(said[1]);
+  EXPECT_NEAR(report["organs"][0]["tets"].get<double>(), advice, 0.4 * advice) << "a size that is too large";
+  EXPECT_NEAR(info("sheet")["volume"].get<double>(), 6400.0, 128.0);
 }
 
 TEST_F(MeshProgram, ASecondRunHasTheSameBits) {
