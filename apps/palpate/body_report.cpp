@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 #include <vector>
 
+#include "io/cell_counts.hpp"
 #include "numbers.hpp"
 
 namespace palpate::app {
@@ -56,6 +57,7 @@ Json notes_json(const MeshRecord* file, const MeshNotes& notes) {
   if (file != nullptr) {
     for (const auto& [kind, count] : file->dropped) json["dropped"][utf8_text(kind)] = count;
   }
+  json["dropped_solids"] = file != nullptr ? io::dropped_solids(file->dropped) : 0;
   json["converted"] = Json::object();
   if (file != nullptr) {
     for (const io::ConvertedCells& cells : file->converted)
@@ -103,6 +105,9 @@ std::string notes_text(const MeshRecord* file, const MeshNotes& notes) {
     kinds.reserve(file->dropped.size());
     for (const auto& [kind, count] : file->dropped) kinds.push_back(fmt::format("{} {}", count, kind));
     parts.push_back(fmt::format("cells left out: {}", fmt::join(kinds, ", ")));
+    if (const Index solids = io::dropped_solids(file->dropped); solids > 0)
+      parts.push_back("volume is missing: that of " +
+                      counted(static_cast<std::size_t>(solids), "solid cell"));
   }
   if (file != nullptr) {
     for (const io::ConvertedCells& cells : file->converted) {

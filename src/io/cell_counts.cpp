@@ -32,6 +32,14 @@ void count_dropped(MeshFile& file, std::string_view kind, Index count) {
   }
 }
 
+Index dropped_solids(const std::vector<std::pair<std::string, Index>>& dropped) {
+  Index solids = 0;
+  for (const auto& [kind, count] : dropped) {
+    if (kind == "polyhedron" || kind == "convex point set") solids += count;
+  }
+  return solids;
+}
+
 void require_tets(const MeshFile& file, const std::string& source) {
   if (file.mesh.points.empty()) throw Error(source, "", "no points", "at least four points");
   if (!file.mesh.tets.empty()) return;

@@ -24,7 +24,7 @@ constexpr std::int64_t voxel = 11;
 constexpr std::int64_t last_type = 81;  // VTK_BEZIER_PYRAMID, the last that vtkCellType.h of VTK 9 names
 
 // vtkCellType.h: the linear cells, the quadratic ones that mesh generators write, and those of any order.
-constexpr std::array<CellType, 32> cell_types{{{0, "empty cell", 0},
+constexpr std::array<CellType, 37> cell_types{{{0, "empty cell", 0},
                                                {1, "vertex", 1},
                                                {2, "poly-vertex", 0},
                                                {3, "line", 2},
@@ -51,11 +51,16 @@ constexpr std::array<CellType, 32> cell_types{{{0, "empty cell", 0},
                                                {32, "wedge18", 18},
                                                {33, "hexahedron24", 24},
                                                {37, "pyramid19", 19},
+                                               {41, "convex point set", 0},
                                                {42, "polyhedron", 0},
                                                {71, "Lagrange tetrahedron", 0},
                                                {72, "Lagrange hexahedron", 0},
                                                {73, "Lagrange wedge", 0},
-                                               {74, "Lagrange pyramid", 0}}};
+                                               {74, "Lagrange pyramid", 0},
+                                               {78, "Bezier tetrahedron", 0},
+                                               {79, "Bezier hexahedron", 0},
+                                               {80, "Bezier wedge", 0},
+                                               {81, "Bezier pyramid", 0}}};
 
 class CellAppender {
  public:

@@ -99,6 +99,27 @@ TEST_F(Info, TellsCellsThatWereCut) {
   EXPECT_NE(output_of({"info", "cube.mesh"}).find("1 hexahedron cells cut into 6 tets"), std::string::npos);
 }
 
+TEST_F(Info, TellsThatTheVolumeOfSolidCellsIsMissing) {
+  const auto vtk = [](int type) {
+    return "# vtk DataFile Version 3.0\nx\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 5 double\n0 0 0 1 0 0 0 "
+           "1 0 "
+           "0 0 1 1 1 1\nCELLS 2 10\n4 0 1 2 3\n4 1 2 3 4\nCELL_TYPES 2\n10\n" +
+           std::to_string(type) + "\n";
+  };
+  write("convex.vtk", vtk(41));
+  const Json info = json_of({"info", "convex.vtk", "--json"});
+  EXPECT_EQ(info["dropped_solids"], 1);
+  EXPECT_NEAR(info["volume"].get<double>(), 1.0 / 6.0, 1e-15);
+  EXPECT_EQ(info["unreferenced_points"], 1);
+  EXPECT_NE(output_of({"info", "convex.vtk"})
+                .find("cells left out: 1 convex point set; volume is missing: that of 1 solid cell"),
+            std::string::npos);
+  write("bezier.vtk", vtk(78));
+  EXPECT_EQ(json_of({"info", "bezier.vtk", "--json"})["dropped_solids"], 0);
+  EXPECT_NEAR(json_of({"info", "bezier.vtk", "--json"})["volume"].get<double>(), 0.5, 1e-15)
+      << "the second tet has twice the volume of the first";
+}
+
 TEST_F(Info, TakesAUnitAndGuessesOne) {
   const auto scaled = [&](const std::string& size) {
     return one_tet({"0 0 0", size + " 0 0", "0 " + size + " 0", "0 0 " + size});
