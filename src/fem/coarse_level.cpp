@@ -37,16 +37,16 @@ PaddedBlocks padded(const BlockRows<N, M>& rows) {
 CoarseLevel::CoarseLevel(BlockRows<6, 6> bodies)
     : bodies_(std::move(bodies)), changed_(bodies_.size(), 1), inverses_(simd::six_by_six * bodies_.size()) {
   const std::size_t count = bodies_.size();
-  BlockRows<6, 6> off_diagonal;
+  off_diagonal_.blocks.resize(simd::six_by_six * (bodies_.blocks.size() - count));
   for (std::size_t row = 0; row < count; ++row) {
     for (std::uint32_t k = bodies_.begin[row]; k < bodies_.begin[row + 1]; ++k) {
       if (bodies_.columns[k] == row) continue;
-      off_diagonal.columns.push_back(bodies_.columns[k]);
-      off_diagonal.blocks.push_back(bodies_.blocks[k]);
+      store_padded<6, 6>(bodies_.blocks[k],
+                         off_diagonal_.blocks.data() + simd::six_by_six * off_diagonal_.columns.size());
+      off_diagonal_.columns.push_back(bodies_.columns[k]);
     }
-    off_diagonal.begin.push_back(static_cast<std::uint32_t>(off_diagonal.columns.size()));
+    off_diagonal_.begin.push_back(static_cast<std::uint32_t>(off_diagonal_.columns.size()));
   }
-  off_diagonal_ = padded(off_diagonal);
   right_side_.resize(count);
   solution_.resize(count);
   residual_.resize(count);

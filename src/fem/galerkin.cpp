@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "fem/block_products.hpp"
 #include "fem/transfer.hpp"
 
 namespace palpate::fem {
@@ -7,18 +8,21 @@ namespace {
 
 constexpr std::size_t chunks = 16;
 
-/// Maps column numbers to indices in the row that is being made.
+/// Maps column numbers to places in a list.
 class Found {
  public:
   explicit Found(std::size_t count) : place_(count, none) {}
-  /// Place of an item; sets `added` if it is new.
-  std::size_t place(std::uint32_t item, bool& added) {
-    added = place_[item] == none;
-    if (added) {
+  /// Place of an item, which is appended if it is new.
+  std::uint32_t place(std::uint32_t item) {
+    if (place_[item] == none) {
       place_[item] = static_cast<std::uint32_t>(items_.size());
       items_.push_back(item);
     }
     return place_[item];
+  }
+  void sort() {
+    std::ranges::sort(items_);
+    for (std::uint32_t k = 0; k < items_.size(); ++k) place_[items_[k]] = k;
   }
   [[nodiscard]] const std::vector<std::uint32_t>& items() const { return items_; }
   void clear() {
@@ -32,54 +36,119 @@ class Found {
   std::vector<std::uint32_t> items_;
 };
 
+/// Some rows of the product.
+struct Rows {
+  std::vector<std::uint32_t> lengths;
+  std::vector<std::uint32_t> columns;
+  std::vector<Dense<6, 6>> blocks;
+};
+
+/// Computes rows of P^T (A P), a row (A P)^T at a time, with A P = (P^T A)^T.
+template <std::size_t N>
+class RowMaker {
+ public:
+  RowMaker(const BlockRows<N, N>& a, const BlockRows<N, 6>& transfer, std::size_t aggregate_count)
+      : a_(a), transfer_(transfer), nodes_(a.size()), aggregates_(aggregate_count) {}
+
+  /// \param fine  blocks of the transfer from this aggregate, and their nodes
+  void append(std::span<const std::uint32_t> fine, std::span<const std::uint32_t> of, Rows& rows) {
+    multiply(fine, of);
+    for (const std::uint32_t j : nodes_.items()) {
+      for (std::uint32_t e = transfer_.begin[j]; e < transfer_.begin[j + 1]; ++e)
+        aggregates_.place(transfer_.columns[e]);
+    }
+    aggregates_.sort();
+    const std::size_t first = rows.blocks.size();
+    const std::vector<std::uint32_t>& columns = aggregates_.items();
+    rows.lengths.push_back(static_cast<std::uint32_t>(columns.size()));
+    rows.columns.insert(rows.columns.end(), columns.begin(), columns.end());
+    rows.blocks.resize(first + columns.size(), {});
+    pairs_.clear();
+    for (std::uint32_t k = 0; k < nodes_.items().size(); ++k) {
+      const std::uint32_t j = nodes_.items()[k];
+      for (std::uint32_t e = transfer_.begin[j]; e < transfer_.begin[j + 1]; ++e)
+        pairs_.push_back({k, e, aggregates_.place(transfer_.columns[e])});
+    }
+    constexpr auto kind = N == 3 ? simd::BlockProduct::tall_transposed : simd::BlockProduct::six_transposed;
+    add_products(kind, products_, transfer_.blocks, pairs_, std::span(rows.blocks).subspan(first));
+    nodes_.clear();
+    aggregates_.clear();
+  }
+
+ private:
+  /// The blocks of A P of the aggregate, with their nodes.
+  void multiply(std::span<const std::uint32_t> fine, std::span<const std::uint32_t> of) {
+    pairs_.clear();
+    for (std::size_t k = 0; k < fine.size(); ++k) {
+      for (std::uint32_t e = a_.begin[of[k]]; e < a_.begin[of[k] + 1]; ++e)
+        pairs_.push_back({e, fine[k], nodes_.place(a_.columns[e])});
+    }
+    products_.assign(nodes_.items().size(), {});
+    constexpr auto kind = N == 3 ? simd::BlockProduct::three_transposed : simd::BlockProduct::six_transposed;
+    add_products(kind, a_.blocks, transfer_.blocks, pairs_, std::span(products_));
+  }
+
+  const BlockRows<N, N>& a_;
+  const BlockRows<N, 6>& transfer_;
+  Found nodes_;
+  Found aggregates_;
+  std::vector<simd::BlockPair> pairs_;
+  std::vector<Dense<N, 6>> products_;
+};
+
+/// For each aggregate, the indices of its blocks of the transfer, and their nodes.
+struct Columns {
+  std::vector<std::uint32_t> begin;
+  std::vector<std::uint32_t> blocks;
+  std::vector<std::uint32_t> nodes;
+};
+
+template <std::size_t N>
+Columns columns_of(const BlockRows<N, 6>& transfer, std::size_t count) {
+  Columns columns;
+  columns.begin.assign(count + 1, 0);
+  for (const std::uint32_t column : transfer.columns) ++columns.begin[column + 1];
+  for (std::size_t i = 0; i < count; ++i) columns.begin[i + 1] += columns.begin[i];
+  std::vector<std::uint32_t> next(columns.begin.begin(), columns.begin.end() - 1);
+  columns.blocks.resize(transfer.columns.size());
+  columns.nodes.resize(transfer.columns.size());
+  for (std::uint32_t node = 0; node < transfer.size(); ++node) {
+    for (std::uint32_t k = transfer.begin[node]; k < transfer.begin[node + 1]; ++k) {
+      const std::uint32_t place = next[transfer.columns[k]]++;
+      columns.blocks[place] = k;
+      columns.nodes[place] = node;
+    }
+  }
+  return columns;
+}
+
 }  // namespace
 
 template <std::size_t N>
 BlockRows<6, 6> galerkin(const parallel::Threads& threads, const BlockRows<N, N>& a,
                          const BlockRows<N, 6>& transfer, std::size_t aggregate_count) {
-  const BlockRows<6, N> restriction = transposed(transfer, aggregate_count);
-  struct Entry {
-    std::uint32_t column;
-    Dense<6, 6> block;
-  };
-  std::vector<std::vector<Entry>> rows(aggregate_count);
+  const Columns columns = columns_of(transfer, aggregate_count);
   const std::size_t grain = aggregate_count / chunks + 1;
-  parallel::for_chunks(threads, aggregate_count, grain, [&](std::size_t begin, std::size_t end, std::size_t) {
-    Found nodes(a.size());
-    Found aggregates(aggregate_count);
-    std::vector<Dense<6, N>> products;
-    for (std::size_t row = begin; row < end; ++row) {
-      products.clear();
-      bool added = false;
-      for (std::uint32_t k = restriction.begin[row]; k < restriction.begin[row + 1]; ++k) {
-        const std::uint32_t i = restriction.columns[k];
-        for (std::uint32_t e = a.begin[i]; e < a.begin[i + 1]; ++e) {
-          const std::size_t place = nodes.place(a.columns[e], added);
-          if (added) products.push_back({});
-          add_product<6, N, N>(products[place], restriction.blocks[k], a.blocks[e]);
-        }
-      }
-      std::vector<Entry>& entries = rows[row];
-      for (std::size_t k = 0; k < products.size(); ++k) {
-        const std::uint32_t j = nodes.items()[k];
-        for (std::uint32_t e = transfer.begin[j]; e < transfer.begin[j + 1]; ++e) {
-          const std::size_t place = aggregates.place(transfer.columns[e], added);
-          if (added) entries.push_back({transfer.columns[e], {}});
-          add_product<6, N, 6>(entries[place].block, products[k], transfer.blocks[e]);
-        }
-      }
-      std::ranges::sort(entries, {}, &Entry::column);
-      nodes.clear();
-      aggregates.clear();
-    }
-  });
+  std::vector<Rows> parts(parallel::chunk_count(aggregate_count, grain));
+  parallel::for_chunks(threads, aggregate_count, grain,
+                       [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+                         RowMaker<N> maker(a, transfer, aggregate_count);
+                         for (std::size_t row = begin; row < end; ++row) {
+                           const std::size_t first = columns.begin[row];
+                           const std::size_t count = columns.begin[row + 1] - first;
+                           maker.append(std::span(columns.blocks).subspan(first, count),
+                                        std::span(columns.nodes).subspan(first, count), parts[chunk]);
+                         }
+                       });
   BlockRows<6, 6> result;
-  for (const std::vector<Entry>& entries : rows) {
-    for (const Entry& entry : entries) {
-      result.columns.push_back(entry.column);
-      result.blocks.push_back(entry.block);
-    }
-    result.begin.push_back(static_cast<std::uint32_t>(result.columns.size()));
+  std::size_t blocks = 0;
+  for (const Rows& part : parts) blocks += part.blocks.size();
+  result.columns.reserve(blocks);
+  result.blocks.reserve(blocks);
+  for (const Rows& part : parts) {
+    for (const std::uint32_t length : part.lengths) result.begin.push_back(result.begin.back() + length);
+    result.columns.insert(result.columns.end(), part.columns.begin(), part.columns.end());
+    result.blocks.insert(result.blocks.end(), part.blocks.begin(), part.blocks.end());
   }
   return result;
 }

@@ -60,8 +60,14 @@ class Multigrid {
   [[nodiscard]] std::span<const Vec3> reference_positions() const;
   [[nodiscard]] std::vector<Matrix3> element_rotations() const;
   [[nodiscard]] std::vector<Matrix3> domain_rotations() const;
-  [[nodiscard]] BlockRows<0, 0> element_graph() const;
-  [[nodiscard]] BlockRows<3, 3> matrix_at_reference() const;
+  [[nodiscard]] BlockRows<0, 0> element_graph(const BlockRows<3, 3>& matrix) const;
+  /// From rest to the reference.
+  struct Rotations {
+    std::vector<Matrix3> elements;
+    std::vector<Matrix3> domains;
+  };
+  [[nodiscard]] BlockRows<3, 3> matrix_at_reference(const parallel::Threads& threads) const;
+  void add_stiffness(std::size_t node, const Rotations& rotations, BlockRows<3, 3>& a) const;
   [[nodiscard]] std::vector<Node> points_as_nodes() const;
   void connect_rows(const BlockRows<3, 6>& transfer, std::size_t count);
   void place_edges();

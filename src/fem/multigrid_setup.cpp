@@ -15,6 +15,7 @@ constexpr double least_reduction =
     0.8;                         // no further level if it would have more than this fraction of the nodes
 constexpr double strong = 0.05;  // a connection is strong if it is above this fraction of the diagonal blocks
 constexpr std::size_t slice_grain = 16;
+constexpr std::size_t matrix_grain = 256;
 
 Matrix3 minus(const Matrix3& a) {
   return Matrix3{} - a;
@@ -87,66 +88,76 @@ std::vector<Matrix3> Multigrid::domain_rotations() const {
 }
 
 /// The matrix at the reference positions. Its nodes are the points with a row, in the order of rows.
-BlockRows<3, 3> Multigrid::matrix_at_reference() const {
-  const std::vector<Matrix3> rotations = element_rotations();
-  const Elements& elements = matrix_->elements();
-  const std::vector<Matrix3> domain_rotations = this->domain_rotations();
+BlockRows<3, 3> Multigrid::matrix_at_reference(const parallel::Threads& threads) const {
   const auto row_of = matrix_->row_of_point();
   BlockRows<3, 3> result;
-  std::vector<std::uint32_t> near;
   for (const std::uint32_t row : rows_) {
-    const Index point = matrix_->point_of_row()[row];
-    near.clear();
-    for (const std::uint32_t other : matrix_->columns(point)) {
-      if (row_of[other] >= 0) near.push_back(at(node_of_row_, row_of[other]));
-    }
-    std::ranges::sort(near);
     const std::size_t first = result.columns.size();
-    result.columns.insert(result.columns.end(), near.begin(), near.end());
-    result.blocks.resize(result.columns.size());
+    for (const std::uint32_t other : matrix_->columns(matrix_->point_of_row()[row])) {
+      if (row_of[other] >= 0) result.columns.push_back(at(node_of_row_, row_of[other]));
+    }
+    std::sort(result.columns.begin() + static_cast<std::ptrdiff_t>(first), result.columns.end());
     result.begin.push_back(static_cast<std::uint32_t>(result.columns.size()));
-    const auto block = [&](Index other) -> Dense<3, 3>& {
-      const auto place = std::ranges::lower_bound(near, at(node_of_row_, at(row_of, other)));
-      return result.blocks[first + static_cast<std::size_t>(place - near.begin())];
-    };
-    const double m = at(matrix_->diagonal(), point);
-    for (std::size_t k = 0; k < 3; ++k) block(point)[4 * k] = m;
-    for (const Index e : matrix_->elements_of_point()[point]) {
-      if (elements.is_smoothed(e)) continue;
-      const Tet& corners = at(elements.corners(), e);
-      const auto own = static_cast<int>(std::ranges::find(corners, point) - corners.begin());
-      for (int j = 0; j < 4; ++j) {
-        const Index other = at(corners, j);
-        if (at(row_of, other) < 0) continue;
-        Dense<3, 3>& sum = block(other);
-        const Matrix3 stiffness = elements.stiffness_rest(e, own, j);
-        if (reference_.empty()) {
-          for (std::size_t k = 0; k < 9; ++k) sum[k] += stiffness.values[k];
-          continue;
-        }
-        Dense<3, 3> turned{};
-        add_product<3, 3, 3>(turned, at(rotations, e).values, stiffness.values);
-        subtract_product_transposed<3, 3, 3>(sum, turned, minus(at(rotations, e)).values);
-      }
-    }
-    for (const SmoothingDomains::Entry& entry : elements.smoothing().entries(point)) {
-      const auto points = elements.smoothing().points(entry.domain);
-      for (std::size_t j = 0; j < points.size(); ++j) {
-        if (at(row_of, points[j]) < 0) continue;
-        const Matrix3 b =
-            elements.smoothing().block_rest(entry.domain, domain_rotations[entry.domain], entry.place, j);
-        for (std::size_t k = 0; k < 9; ++k) block(points[j])[k] += b.values[k];
-      }
-    }
   }
+  result.blocks.resize(result.columns.size());
+  const Rotations rotations{element_rotations(), domain_rotations()};
+  parallel::for_each(threads, rows_.size(), matrix_grain,
+                     [&](std::size_t node) { add_stiffness(node, rotations, result); });
   return result;
 }
 
+/// Adds mass and stiffness to the blocks of a node's row.
+void Multigrid::add_stiffness(std::size_t node, const Rotations& rotations, BlockRows<3, 3>& a) const {
+  const Elements& elements = matrix_->elements();
+  const auto row_of = matrix_->row_of_point();
+  const Index point = matrix_->point_of_row()[rows_[node]];
+  const auto columns = std::span(a.columns).subspan(a.begin[node], a.begin[node + 1] - a.begin[node]);
+  const auto block = [&](Index other) -> Dense<3, 3>& {
+    const auto place = std::ranges::lower_bound(columns, at(node_of_row_, at(row_of, other)));
+    return a.blocks[a.begin[node] + static_cast<std::size_t>(place - columns.begin())];
+  };
+  const double m = at(matrix_->diagonal(), point);
+  for (std::size_t k = 0; k < 3; ++k) block(point)[4 * k] = m;
+  for (const Index e : matrix_->elements_of_point()[point]) {
+    if (elements.is_smoothed(e)) continue;
+    const Tet& corners = at(elements.corners(), e);
+    const auto own = static_cast<int>(std::ranges::find(corners, point) - corners.begin());
+    for (int j = 0; j < 4; ++j) {
+      const Index other = at(corners, j);
+      if (at(row_of, other) < 0) continue;
+      Dense<3, 3>& sum = block(other);
+      const Matrix3 stiffness = elements.stiffness_rest(e, own, j);
+      if (reference_.empty()) {
+        for (std::size_t k = 0; k < 9; ++k) sum[k] += stiffness.values[k];
+        continue;
+      }
+      const Matrix3& rotation = at(rotations.elements, e);
+      Dense<3, 3> turned{};
+      add_product<3, 3, 3>(turned, rotation.values, stiffness.values);
+      subtract_product_transposed<3, 3, 3>(sum, turned, minus(rotation).values);
+    }
+  }
+  for (const SmoothingDomains::Entry& entry : elements.smoothing().entries(point)) {
+    const auto points = elements.smoothing().points(entry.domain);
+    for (std::size_t j = 0; j < points.size(); ++j) {
+      if (at(row_of, points[j]) < 0) continue;
+      const Matrix3 b =
+          elements.smoothing().block_rest(entry.domain, rotations.domains[entry.domain], entry.place, j);
+      for (std::size_t k = 0; k < 9; ++k) block(points[j])[k] += b.values[k];
+    }
+  }
+}
+
 /// Connects the nodes of a common tet. Connections through smoothing domains would be too many for
-/// aggregates.
-BlockRows<0, 0> Multigrid::element_graph() const {
+/// aggregates; without them, the graph is the pattern of the matrix.
+BlockRows<0, 0> Multigrid::element_graph(const BlockRows<3, 3>& matrix) const {
   const auto row_of = matrix_->row_of_point();
   BlockRows<0, 0> graph;
+  if (matrix_->elements().smoothing().size() == 0) {
+    graph.begin = matrix.begin;
+    graph.columns = matrix.columns;
+    return graph;
+  }
   for (const std::uint32_t row : rows_) {
     const auto first = static_cast<std::ptrdiff_t>(graph.columns.size());
     for (const Index e : matrix_->elements_of_point()[matrix_->point_of_row()[row]]) {
@@ -174,16 +185,15 @@ std::vector<Node> Multigrid::points_as_nodes() const {
 
 /// Stores the transfer by rows instead of nodes.
 void Multigrid::connect_rows(const BlockRows<3, 6>& transfer, std::size_t count) {
-  BlockRows<3, 6> by_row;
-  by_row.columns = transfer.columns;
-  by_row.blocks = transfer.blocks;
+  transfer_ = padded(transfer);
+  restriction_ = padded(transposed(transfer, count));
+  for (std::uint32_t& node : restriction_.columns) node = rows_[node];
+  transfer_.begin.assign(1, 0);
   std::size_t node = 0;
   for (std::size_t row = 0; row < matrix_->row_count(); ++row) {
     if (node < rows_.size() && rows_[node] == row) ++node;
-    by_row.begin.push_back(transfer.begin[node]);
+    transfer_.begin.push_back(transfer.begin[node]);
   }
-  transfer_ = padded(by_row);
-  restriction_ = padded(transposed(by_row, count));
 }
 
 void Multigrid::build(const parallel::Threads& threads) {
@@ -201,29 +211,27 @@ void Multigrid::build(const parallel::Threads& threads) {
   place_edges();
   levels_.clear();
   std::vector<Node> nodes = points_as_nodes();
-  BlockRows<3, 3> a = matrix_at_reference();
-  const BlockRows<0, 0> near = element_graph();
-  std::vector<Index> of = aggregate(graph_of(near));
-  std::vector<Node> aggregates = nodes_of(of, nodes);
-  BlockRows<6, 6> coarse;
   {
+    const BlockRows<3, 3> a = matrix_at_reference(threads);
+    const BlockRows<0, 0> near = element_graph(a);
+    const std::vector<Index> of = aggregate(graph_of(near));
+    std::vector<Node> aggregates = nodes_of(of, nodes);
     const BlockRows<3, 6> transfer =
         least_energy_transfer<3>(threads, a, graph_of(near), nodes, of, aggregates);
     connect_rows(transfer, aggregates.size());
-    coarse = galerkin<3>(threads, a, transfer, aggregates.size());
-  }
-  nodes = std::move(aggregates);
-  levels_.emplace_back(coarse);
-  while (nodes.size() > few_nodes) {
-    of = aggregate_strong(coarse);
-    aggregates = nodes_of(of, nodes);
-    if (static_cast<double>(aggregates.size()) > least_reduction * static_cast<double>(nodes.size())) break;
-    const BlockRows<6, 6> transfer =
-        least_energy_transfer<6>(threads, coarse, graph_of(coarse), nodes, of, aggregates);
-    levels_.back().connect(transfer, aggregates.size());
-    coarse = galerkin<6>(threads, coarse, transfer, aggregates.size());
+    levels_.emplace_back(galerkin<3>(threads, a, transfer, aggregates.size()));
     nodes = std::move(aggregates);
-    levels_.emplace_back(coarse);
+  }
+  while (nodes.size() > few_nodes) {
+    const BlockRows<6, 6>& a = levels_.back().bodies();
+    const std::vector<Index> of = aggregate_strong(a);
+    std::vector<Node> aggregates = nodes_of(of, nodes);
+    if (static_cast<double>(aggregates.size()) > least_reduction * static_cast<double>(nodes.size())) break;
+    const BlockRows<6, 6> transfer = least_energy_transfer<6>(threads, a, graph_of(a), nodes, of, aggregates);
+    levels_.back().connect(transfer, aggregates.size());
+    BlockRows<6, 6> coarse = galerkin<6>(threads, a, transfer, aggregates.size());
+    levels_.emplace_back(std::move(coarse));
+    nodes = std::move(aggregates);
   }
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fem/block_products.hpp"
 #include "fem/matrix.hpp"
 #include "geometry/vector.hpp"
 
@@ -74,7 +75,7 @@ class Minimiser {
     std::vector<Block> residual(transfer_.blocks.size());
     std::vector<Block> direction(residual.size());
     std::vector<Block> product(residual.size());
-    multiply(transfer_.blocks, residual);
+    multiply(transfer_.blocks, residual, true);
     for (Block& block : residual) {
       for (double& value : block) value = -value;
     }
@@ -164,20 +165,35 @@ class Minimiser {
   }
 
   /// y = A x, restricted to the pattern and projected so that rigid motions are still reproduced.
-  void multiply(const std::vector<Block>& x, std::vector<Block>& y) {
-    for_each_node([&](std::size_t i) {
-      for_each_block(i, [&](std::size_t k) { y[k] = {}; });
-      const std::uint32_t last = transfer_.begin[i + 1];
-      for (std::uint32_t e = a_.begin[i]; e < a_.begin[i + 1]; ++e) {
-        std::uint32_t place = transfer_.begin[i];
-        for_each_block(a_.columns[e], [&](std::size_t k) {  // both lists of columns ascend
-          while (place < last && transfer_.columns[place] < transfer_.columns[k]) ++place;
-          if (place < last && transfer_.columns[place] == transfer_.columns[k])
-            add_product<N, N, 6>(y[place], a_.blocks[e], x[k]);
+  /// \param own_only  x is zero but for the block of each node's own aggregate
+  void multiply(const std::vector<Block>& x, std::vector<Block>& y, bool own_only = false) {
+    parallel::for_chunks(
+        threads_, nodes_.size(), node_grain, [&](std::size_t begin, std::size_t end, std::size_t) {
+          std::vector<simd::BlockPair> pairs;
+          for (std::size_t i = begin; i < end; ++i) {
+            for_each_block(i, [&](std::size_t k) { y[k] = {}; });
+            list_pairs(i, own_only, pairs);
+            constexpr auto kind = N == 3 ? simd::BlockProduct::three : simd::BlockProduct::six;
+            add_products(kind, a_.blocks, x, pairs, std::span(y));
+            project(i, y);
+          }
         });
+  }
+
+  /// The products of blocks that make a row of A x.
+  void list_pairs(std::size_t i, bool own_only, std::vector<simd::BlockPair>& pairs) {
+    pairs.clear();
+    const std::uint32_t last = transfer_.begin[i + 1];
+    for (std::uint32_t e = a_.begin[i]; e < a_.begin[i + 1]; ++e) {
+      const std::uint32_t j = a_.columns[e];
+      std::uint32_t place = transfer_.begin[i];
+      for (std::uint32_t k = transfer_.begin[j]; k < transfer_.begin[j + 1]; ++k) {
+        const std::uint32_t column = transfer_.columns[k];
+        if (own_only && column != static_cast<std::uint32_t>(of_[j])) continue;
+        while (place < last && transfer_.columns[place] < column) ++place;  // both lists ascend
+        if (place < last && transfer_.columns[place] == column) pairs.push_back({e, k, place});
       }
-      project(i, y);
-    });
+    }
   }
 
   /// The node with the radius of its aggregate: the frame in which project() describes rigid motions.

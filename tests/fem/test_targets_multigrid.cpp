@@ -6,6 +6,7 @@
 #include "fem/gauss_seidel.hpp"
 #include "fem/meshes.hpp"
 #include "fem/system.hpp"
+#include "simd/block_products.hpp"
 #include "simd/coupling_blocks.hpp"
 #include "simd/envelope.hpp"
 #include "simd/gauss_seidel.hpp"
@@ -42,6 +43,32 @@ void expect_near(std::span<const simd::Quad> found, std::span<const simd::Quad> 
     return values;
   };
   expect_near(flat(found), flat(expected), target);
+}
+
+TEST(SimdTargets, BlockProductsHaveTheBitsOfTheirTwin) {
+  constexpr std::uint32_t blocks = 40;
+  const auto numbers = [](unsigned seed) {
+    const std::vector<float> floats = random_floats(36 * blocks, seed);
+    std::vector<double> values;
+    for (const float value : floats) values.push_back(static_cast<double>(value) / 3.0);
+    return values;
+  };
+  const std::vector<double> first = numbers(1);
+  const std::vector<double> second = numbers(2);
+  std::vector<simd::BlockPair> pairs;
+  for (std::uint32_t t = 0; t < 200; ++t) pairs.push_back({t * 7 % blocks, t * 11 % blocks, t / 3 % blocks});
+  for (const auto kind :
+       {simd::BlockProduct::three, simd::BlockProduct::six, simd::BlockProduct::three_transposed,
+        simd::BlockProduct::six_transposed, simd::BlockProduct::tall_transposed}) {
+    std::vector<double> expected = numbers(3);
+    simd::scalar::add_block_products(kind, first.data(), second.data(), pairs.data(), pairs.size(),
+                                     expected.data());
+    palpate::test::for_each_simd_target([&](const char* target) {
+      std::vector<double> found = numbers(3);
+      simd::add_block_products(kind, first.data(), second.data(), pairs.data(), pairs.size(), found.data());
+      EXPECT_TRUE(found == expected) << target << ", kind " << static_cast<int>(kind);
+    });
+  }
 }
 
 TEST(SimdTargets, SmootherKernelsEqualTheirTwins) {
