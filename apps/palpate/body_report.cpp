@@ -105,9 +105,10 @@ std::string notes_text(const MeshRecord* file, const MeshNotes& notes) {
     kinds.reserve(file->dropped.size());
     for (const auto& [kind, count] : file->dropped) kinds.push_back(fmt::format("{} {}", count, kind));
     parts.push_back(fmt::format("cells left out: {}", fmt::join(kinds, ", ")));
-    if (const Index solids = io::dropped_solids(file->dropped); solids > 0)
+    if (const Index solids = io::dropped_solids(file->dropped); solids > 0) {
       parts.push_back("volume is missing: that of " +
                       counted(static_cast<std::size_t>(solids), "solid cell"));
+    }
   }
   if (file != nullptr) {
     for (const io::ConvertedCells& cells : file->converted) {

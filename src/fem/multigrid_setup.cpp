@@ -153,7 +153,7 @@ void Multigrid::add_stiffness(std::size_t node, const Rotations& rotations, Bloc
 BlockRows<0, 0> Multigrid::element_graph(const BlockRows<3, 3>& matrix) const {
   const auto row_of = matrix_->row_of_point();
   BlockRows<0, 0> graph;
-  if (matrix_->elements().smoothing().size() == 0) {
+  if (matrix_->elements().smoothing().empty()) {
     graph.begin = matrix.begin;
     graph.columns = matrix.columns;
     return graph;

@@ -39,12 +39,8 @@ struct Row<4> {
     hn::StoreU(v, Wide(), values);
     hn::StoreU(tail, Tail(), values + 4);
   }
-  HWY_INLINE friend Row operator*(const Row& a, const Row& b) {
-    return {hn::Mul(a.v, b.v), hn::Mul(a.tail, b.tail)};
-  }
-  HWY_INLINE friend Row operator+(const Row& a, const Row& b) {
-    return {hn::Add(a.v, b.v), hn::Add(a.tail, b.tail)};
-  }
+  [[nodiscard]] HWY_INLINE Row times(const Row& b) const { return {hn::Mul(v, b.v), hn::Mul(tail, b.tail)}; }
+  [[nodiscard]] HWY_INLINE Row plus(const Row& b) const { return {hn::Add(v, b.v), hn::Add(tail, b.tail)}; }
 };
 
 template <>
@@ -61,11 +57,11 @@ struct Row<2> {
   HWY_INLINE void store(double* values) const {
     for (std::size_t p = 0; p < 3; ++p) hn::StoreU(v[p], Wide(), values + 2 * p);
   }
-  HWY_INLINE friend Row operator*(const Row& a, const Row& b) {
-    return {{hn::Mul(a.v[0], b.v[0]), hn::Mul(a.v[1], b.v[1]), hn::Mul(a.v[2], b.v[2])}};
+  [[nodiscard]] HWY_INLINE Row times(const Row& b) const {
+    return {{hn::Mul(v[0], b.v[0]), hn::Mul(v[1], b.v[1]), hn::Mul(v[2], b.v[2])}};
   }
-  HWY_INLINE friend Row operator+(const Row& a, const Row& b) {
-    return {{hn::Add(a.v[0], b.v[0]), hn::Add(a.v[1], b.v[1]), hn::Add(a.v[2], b.v[2])}};
+  [[nodiscard]] HWY_INLINE Row plus(const Row& b) const {
+    return {{hn::Add(v[0], b.v[0]), hn::Add(v[1], b.v[1]), hn::Add(v[2], b.v[2])}};
   }
 };
 
@@ -81,9 +77,9 @@ HWY_INLINE void add_all(const double* first, const double* second, const BlockPa
     for (std::size_t k = 0; k < inner; ++k) row[k] = R::load(b + 6 * k);
     for (std::size_t i = 0; i < rows; ++i) {
       const auto factor = [&](std::size_t k) { return R::all(a[transposed ? rows * k + i : inner * i + k]); };
-      R sum = factor(0) * row[0];
-      for (std::size_t k = 1; k < inner; ++k) sum = sum + factor(k) * row[k];
-      (R::load(result + 6 * i) + sum).store(result + 6 * i);
+      R sum = factor(0).times(row[0]);
+      for (std::size_t k = 1; k < inner; ++k) sum = sum.plus(factor(k).times(row[k]));
+      R::load(result + 6 * i).plus(sum).store(result + 6 * i);
     }
   }
 }
