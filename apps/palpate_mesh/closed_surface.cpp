@@ -28,13 +28,14 @@ Box box_of(const Surface& surface) {
   return box;
 }
 
-/// The diagonal of the box, mm. Throws Error if it is 0 or its square overflows.
+/// The diagonal of the box, mm. Throws Error if it is 0, or so large that CGAL's mesher loses digits and does
+/// not end.
 double diagonal_of(const Box& box, double millimeters, const std::string& source) {
-  constexpr double least = 1e-100;
-  constexpr double most = 1e100;
+  constexpr double least = 1e-9;
+  constexpr double most = 1e9;
   const double diagonal = millimeters * length(box.upper - box.lower);
   if (diagonal >= least && diagonal <= most) return diagonal;
-  throw Error(source, "", fmt::format("a diagonal of {} mm", diagonal), "a diagonal from 1e-100 to 1e100 mm");
+  throw Error(source, "", fmt::format("a diagonal of {:.4g} mm", diagonal), "a diagonal from 1e-9 to 1e9 mm (--unit?)");
 }
 
 std::string edge_text(const Surface& surface, const Edge& edge) {

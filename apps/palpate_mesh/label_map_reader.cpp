@@ -277,6 +277,13 @@ void check_axes(const Frame& frame, const std::string& source) {
   }
 }
 
+void check_voxel(double size, const std::string& source) {
+  constexpr double least = 1e-9;
+  constexpr double most = 1e6;  // with larger ones CGAL's mesher loses digits and does not end
+  if (size >= least && size <= most) return;
+  throw Error(source, "header", fmt::format("a voxel of {:.4g} mm", size), "voxels from 1e-9 to 1e6 mm");
+}
+
 LabelMap label_map_of(const Image& image, const std::string& source) {
   LabelMap map;
   const auto size = image.GetLargestPossibleRegion().GetSize();
@@ -284,6 +291,7 @@ LabelMap label_map_of(const Image& image, const std::string& source) {
   for (unsigned a = 0; a < 3; ++a) {
     map.size[a] = static_cast<int>(size[a]);
     map.spacing.*components[a] = image.GetSpacing()[a];
+    check_voxel(image.GetSpacing()[a], source);
     map.frame.origin.*components[a] = image.GetOrigin()[a];
     for (unsigned b = 0; b < 3; ++b) map.frame.axes[b].*components[a] = image.GetDirection()[a][b];
   }

@@ -64,6 +64,10 @@ TEST_F(MeshRefusals, ImagesThatAreNoLabelMaps) {
   write("large.nrrd",
         "NRRD0004\ntype: unsigned char\ndimension: 3\nsizes: 60000 4000 1\nencoding: raw\n\nabcd");
   refuse({"large.nrrd"}, {"large.nrrd", "voxels of 240000000 bytes in a file of 81"});
+  const std::string metres = "space dimension: 3\nspace directions: (1e9,0,0) (0,1e9,0) (0,0,1e9)\n";
+  write("huge.nrrd",
+        "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 1\n" + metres + "encoding: ascii\n\n0 1 1 0\n");
+  refuse({"huge.nrrd"}, {"huge.nrrd", "a voxel of 1e+09 mm", "1e-9 to 1e6"});
   write("layers.seg.nrrd",
         "NRRD0004\ntype: unsigned char\ndimension: 4\nsizes: 2 2 2 2\nkinds: list domain domain domain\n"
         "encoding: ascii\n\n0 1 0 1 0 1 0 1 0 1 0 1 0 1 0 1\n");
@@ -94,6 +98,8 @@ TEST_F(MeshRefusals, Flags) {
 TEST_F(MeshRefusals, Surfaces) {
   write("open.stl", box_stl({0, 0, 0}, {1, 1, 1}, true));
   refuse({"open.stl"}, {"open.stl", "a hole of 3 edges", "a closed surface"});
+  write("huge.stl", box_stl({0, 0, 0}, {1e10, 1e10, 1e10}));  // CGAL's mesher would not end
+  refuse({"huge.stl"}, {"huge.stl", "a diagonal of 1.732e+10 mm", "1e-9 to 1e9 mm"});
   write("empty.obj", "# nothing\n");
   refuse({"empty.obj"}, {"empty.obj", "no triangles"});
   write("text.vtp", "no XML");
