@@ -1,7 +1,10 @@
 #include "interrupt.hpp"
 
 #include <array>
+#include <atomic>
 #include <csignal>
+#include <cstdint>
+#include <ctime>
 
 namespace palpate::app {
 namespace {
@@ -9,12 +12,26 @@ namespace {
 constexpr std::array<int, 3> signals{SIGINT, SIGTERM, SIGHUP};
 
 volatile std::sig_atomic_t interrupt_requested = 0;
+std::atomic<std::int64_t> requested_at{0};  ///< ms
+static_assert(decltype(requested_at)::is_always_lock_free);
 
-/// Does only what is allowed in a signal handler.
-extern "C" void request_interrupt(int) {
-  interrupt_requested = 1;
-  for (const int signal : {SIGINT, SIGTERM}) ::signal(signal, SIG_DFL);
-  ::signal(SIGHUP, SIG_IGN);  // a lost terminal is reported twice, by the system and by the shell
+std::int64_t milliseconds() {
+  timespec now{};
+  ::clock_gettime(CLOCK_MONOTONIC, &now);
+  return std::int64_t{1000} * now.tv_sec + now.tv_nsec / 1000000;
+}
+
+/// Does only what is allowed in a signal handler. One request may come as several signals: timeout(1) sends
+/// two, and a lost terminal is reported by the system and by the shell.
+extern "C" void request_interrupt(int signal) {
+  constexpr std::int64_t at_once = 250;  // ms
+  if (interrupt_requested == 0) {
+    requested_at = milliseconds();
+    interrupt_requested = 1;
+  } else if (signal != SIGHUP && milliseconds() - requested_at > at_once) {
+    ::signal(signal, SIG_DFL);
+    static_cast<void>(::raise(signal));
+  }
 }
 
 bool is_ignored(int signal) {
@@ -37,6 +54,7 @@ InterruptFlag::InterruptFlag() {
 }
 
 InterruptFlag::~InterruptFlag() {
+  if (requested()) return;  // signals of the same request may still come
   for (const int signal : signals) {
     if (!is_ignored(signal)) ::signal(signal, SIG_DFL);
   }

@@ -115,10 +115,8 @@ struct Outputs {
   CheckpointWriter checkpoints;
 };
 
-RunOutcome step_through(const Begin& begin, Simulation& simulation, const RunOutputs& outputs) {
-  // It exists only during the steps, so Ctrl-C while the picture is drawn ends the command at once, and only
-  // the picture is missing.
-  const InterruptFlag interrupt;
+RunOutcome step_through(const Begin& begin, Simulation& simulation, const InterruptFlag& interrupt,
+                        const RunOutputs& outputs) {
   try {
     return run_loop(simulation, begin.plan.most_steps, begin.plan.until_rest, interrupt, outputs,
                     begin.checkpoint ? std::optional(begin.checkpoint->checkpoint.outcome) : std::nullopt);
@@ -188,8 +186,9 @@ int run(const RunOptions& options) {
   StagePictures stage_pictures(folder, scene, simulation, start, material_of_tet, options.threads);
   const bool pictured = scene.output.report && !begin.plan.no_picture;
   Progress progress(simulation.metrics().step, begin.plan.most_steps, options.quiet);
+  std::optional<InterruptFlag> interrupt(std::in_place);
   RunOutcome outcome =
-      step_through(begin, simulation,
+      step_through(begin, simulation, *interrupt,
                    {outputs.frames, outputs.metrics, outputs.forces, probe, outputs.checkpoints, progress,
                     stages, outcomes, [&](const StageRecord& stage, const RunOutcome& so_far) {
                       if (pictured) stage_pictures.take(stage.name, so_far);
@@ -220,6 +219,8 @@ int run(const RunOptions& options) {
   if (!options.quiet) say_warnings(report_with({}));
   const bool tells = !options.json && !options.quiet;
   if (tells) print_out(report_text(report_with({})));
+  // From here on Ctrl-C ends the command at once, and only pictures and the page are missing.
+  interrupt.reset();
   std::vector<fs::path> pictures;
   if (!begin.plan.no_picture && !outcome.interrupted && outcome.failure.empty()) {
     try {

@@ -97,8 +97,8 @@ TEST_F(Interrupt, TheStateIsThatOfARunOfAsManySteps) {
 TEST_F(Interrupt, TheSecondSignalKillsAtOnce) {
   // Steps of seconds, so that the first signal is not handled before the second comes.
   write("scene.json", R"({"contact": {"structure": "brute"}, "bodies": [
-    {"ball": {"radius": 1, "resolution": 11}, "material": {}},
-    {"ball": {"radius": 1, "resolution": 11}, "translate": [1, 0, 0], "material": {}}]})");
+    {"ball": {"radius": 1, "resolution": 14}, "material": {}},
+    {"ball": {"radius": 1, "resolution": 14}, "translate": [1, 0, 0], "material": {}}]})");
   Process run(endless_, folder_.path());
   wait_until([&] { return exists("out/metrics.csv"); });
   run.send(SIGINT);
@@ -110,6 +110,18 @@ TEST_F(Interrupt, TheSecondSignalKillsAtOnce) {
   // If they were delivered together, the first may be the one that kills.
   const int signal = run.wait().signal;
   EXPECT_TRUE(signal == SIGTERM || signal == SIGINT) << signal;
+}
+
+TEST_F(Interrupt, SignalsThatComeTogetherAreOneRequest) {  // as timeout(1) sends them
+  Process run(endless_, folder_.path());
+  wait_for_rows(2);
+  for (int i = 0; i < 3; ++i) {
+    run.send(SIGINT);
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  const Finished finished = run.wait();
+  EXPECT_EQ(finished.exit_code, 1) << finished.err;
+  EXPECT_TRUE(exists("out/run.json"));
 }
 
 TEST_F(Interrupt, AnIgnoredHangUpStaysIgnored) {
