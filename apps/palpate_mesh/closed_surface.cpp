@@ -35,7 +35,8 @@ double diagonal_of(const Box& box, double millimeters, const std::string& source
   constexpr double most = 1e9;
   const double diagonal = millimeters * length(box.upper - box.lower);
   if (diagonal >= least && diagonal <= most) return diagonal;
-  throw Error(source, "", fmt::format("a diagonal of {:.4g} mm", diagonal), "a diagonal from 1e-9 to 1e9 mm (--unit?)");
+  throw Error(source, "", fmt::format("a diagonal of {:.4g} mm", diagonal),
+              "a diagonal from 1e-9 to 1e9 mm (--unit?)");
 }
 
 std::string edge_text(const Surface& surface, const Edge& edge) {

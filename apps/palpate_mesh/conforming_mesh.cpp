@@ -102,8 +102,9 @@ class ConformingMesher {
     }
     if (made_.mesh.mesh.tets.empty())
       throw Error("meshing", "", "no tet at this size", "a smaller --size, or more --tets");
-    repair_slivers(made_.mesh, {.reach = [&](const Vec3& p) { return distance(p); }});
-    fit_interfaces(made_.mesh, tissues_);
+    repair_slivers(made_.mesh,
+                   {.reach = [&](const Vec3& p) { return distance(p); }, .check = progress_->check});
+    fit_interfaces(made_.mesh, tissues_, progress_->check);
     made_.wanted_tets = fineness.size > 0.0 ? 0.0 : fineness.tets;
     made_.faces = interface_faces(made_.mesh);
     made_.bodies = bodies_of(made_.mesh, made_.faces, plan_->relations, plan_->rigid, plan_->names);

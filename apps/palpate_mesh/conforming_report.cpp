@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 #include <utility>
 
+#include "geometry/box.hpp"
+#include "geometry/vector.hpp"
 #include "numbers.hpp"
 #include "size_search.hpp"
 
@@ -97,6 +99,17 @@ std::vector<std::string> warnings_of(const ConformingMesh& made, const TissuePla
   if (const double fraction = closed_fraction(made, plan); fraction < closed) {
     warnings.push_back(
         fmt::format("only {:.1f} % of the area where organs touch in the map is closed", 100.0 * fraction));
+  }
+  Box box;
+  for (const Vec3& point : made.mesh.mesh.points) box.extend(point);
+  for (std::size_t f = 0; f < plan.sizes.focuses.size(); ++f) {
+    const auto& [center, radius, size] = plan.sizes.focuses[f];
+    const Vec3 nearest{std::clamp(center.x, box.lower.x, box.upper.x),
+                       std::clamp(center.y, box.lower.y, box.upper.y),
+                       std::clamp(center.z, box.lower.z, box.upper.z)};
+    if (length(center - nearest) > radius)
+      warnings.push_back(
+          fmt::format("--focus number {} is outside of all tissues, and has no effect", f + 1));
   }
   if (made.wanted_tets > 0.0) {
     if (auto missed = missed_number(static_cast<double>(made.mesh.labels.size()), made.wanted_tets))

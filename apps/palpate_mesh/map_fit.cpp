@@ -123,9 +123,13 @@ class Fitter {
   }
 
   /// Moves each point of an interface once, where that helps. Returns whether a point moved.
-  bool round() {
+  bool round(const std::function<void()>& check) {
     bool moved = false;
-    for (std::size_t p = 0; p < at_point_.size(); ++p) moved |= !directions_[p].empty() && improve(p);
+    for (std::size_t p = 0; p < at_point_.size(); ++p) {
+      if (directions_[p].empty()) continue;
+      if (check) check();
+      moved |= improve(p);
+    }
     return moved;
   }
 
@@ -215,9 +219,9 @@ class Fitter {
 
 }  // namespace
 
-void fit_interfaces(LabelledMesh& mesh, const Tissues& tissues) {
+void fit_interfaces(LabelledMesh& mesh, const Tissues& tissues, const std::function<void()>& check) {
   Fitter fitter(mesh, tissues);
-  for (int round = 0; round < most_rounds && fitter.round(); ++round) continue;
+  for (int round = 0; round < most_rounds && fitter.round(check); ++round) continue;
 }
 
 }  // namespace palpate::app

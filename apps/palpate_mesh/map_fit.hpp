@@ -1,5 +1,7 @@
 #pragma once
 
+#include <functional>
+
 #include "domain_mesher.hpp"
 #include "tissues.hpp"
 
@@ -10,6 +12,7 @@ namespace palpate::app {
 /// by samples, eight to a voxel. One point after the other; a point moves only where that lowers the count
 /// of its tets. No point moves by more than a voxel. No dihedral angle falls below 10 degrees, or below what
 /// it was. The connectivity stays. O(volume / voxel).
-void fit_interfaces(LabelledMesh& mesh, const Tissues& tissues);
+/// \param check  called often; may throw to stop
+void fit_interfaces(LabelledMesh& mesh, const Tissues& tissues, const std::function<void()>& check);
 
 }  // namespace palpate::app

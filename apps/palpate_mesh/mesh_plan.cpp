@@ -192,8 +192,9 @@ class Mesher {
     double least = 0.0;
     double thinnest = std::numeric_limits<double>::infinity();
     for (const std::size_t organ : group) {
-      const double thick = mean_thickness((*organs_)[organ].field);
-      least += tets_in_a_thickness * meshed_[organ].shape_volume / (thick * thick * thick);
+      const double known = (*organs_)[organ].thickness;
+      const double thick = known > 0.0 ? known : mean_thickness((*organs_)[organ].field);
+      least += tets_in_a_thickness * (*organs_)[organ].input_volume / (thick * thick * thick);
       thinnest = std::min(thinnest, thick);
     }
     if (!(least > wanted)) fail_points(most_points);

@@ -29,6 +29,18 @@ OffHead read_head(io::TextScanner& text) {
   return {!letters.empty()};
 }
 
+io::TextScanner& in_line(io::TextScanner& text) {
+  if (text.at_line_end()) text.fail("the end of the line", "three coordinates of a point in it");
+  return text;
+}
+
+/// x, y and z of a point, in one line, so that a missing number does not shift all others.
+Vec3 read_point(io::TextScanner& text) {
+  const Vec3 point{text.number("the x of a point"), in_line(text).number("the y of a point"),
+                   in_line(text).number("the z of a point")};
+  return point;
+}
+
 }  // namespace
 
 PolygonFile read_off(const std::string& source, std::string_view bytes) {
@@ -40,7 +52,7 @@ PolygonFile read_off(const std::string& source, std::string_view bytes) {
   if (!text.at_line_end()) text.integer("the number of edges");
   file.points.reserve(static_cast<std::size_t>(points));
   for (Index i = 0; i < points; ++i) {
-    file.points.push_back(text.point());
+    file.points.push_back(read_point(text));
     if (head.more_at_points) text.skip_line();
   }
   file.polygons.reserve(static_cast<std::size_t>(polygons));

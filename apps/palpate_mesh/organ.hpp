@@ -21,6 +21,7 @@ struct Organ {
   Frame frame;                ///< from the axes of the field to the world
   double input_volume = 0.0;  ///< of the voxels of the label, or inside the surface, mm^3
   std::vector<std::string> remarks;  ///< for the user
+  double thickness = 0.0;            ///< twice the volume over the area, mm; 0: unknown
 };
 
 /// The mask of a label, 1 in it and 0 elsewhere, blurred; on voxel centres of its box with a margin. `map`
@@ -45,6 +46,7 @@ Lattice label_field(const LabelMap& map, const LabelExtent& extent, const Shapin
 struct SurfaceShape {
   Lattice field;                     ///< like that of an Organ
   double volume = 0.0;               ///< like Organ::input_volume
+  double thickness = 0.0;            ///< like Organ::thickness
   std::vector<std::string> remarks;  ///< for the user
 };
 

@@ -126,7 +126,8 @@ OrganList organs_of_map(MeshOptions& options) {
                            label_field(read.map, label.extent, options.shaping),
                            in_space(read.map.frame, options.ras),
                            static_cast<double>(label.extent.voxels) * (spacing.x * spacing.y * spacing.z),
-                           {}});
+                           {},
+                           0.0});
   }
   return list;
 }
@@ -145,7 +146,8 @@ OrganList organs_of_surfaces(const MeshOptions& options) {
   for (std::size_t o = 0; o < known.size(); ++o) {
     if (!options.only.empty() && std::ranges::count(options.only, known[o]) == 0) continue;
     SurfaceShape shape = surface_field(options.inputs[o], options.shaping);
-    Organ organ{known[o], {}, std::move(shape.field), {}, shape.volume, std::move(shape.remarks)};
+    Organ organ{known[o],       {}, std::move(shape.field), {}, shape.volume, std::move(shape.remarks),
+                shape.thickness};
     organ.frame = in_space(organ.frame, options.ras);
     list.organs.push_back(std::move(organ));
   }

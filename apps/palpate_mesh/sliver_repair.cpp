@@ -152,7 +152,10 @@ std::size_t repair_slivers(LabelledMesh& mesh, const SliverRepair& repair) {
   Repairer repairer(mesh, repair);
   for (int round = 0; round < repair.rounds; ++round) {
     bool moved = false;
-    for (const std::size_t tet : repairer.slivers()) moved = repairer.improve(tet) || moved;
+    for (const std::size_t tet : repairer.slivers()) {
+      if (repair.check) repair.check();
+      moved = repairer.improve(tet) || moved;
+    }
     if (!moved) break;
   }
   return repairer.slivers().size();

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <functional>
 
 #include "domain_mesher.hpp"
 
@@ -12,6 +13,7 @@ struct SliverRepair {
   double wanted_angle = 10.0;  ///< degrees; tets with a smaller dihedral angle are improved
   SizeField reach;             ///< how far a point of an interface may move from where it was
   int rounds = 12;
+  std::function<void()> check;  ///< called often; may throw to stop
 };
 
 /// The least dihedral angle of a tet, degrees; 0 where it is flat or inverted.

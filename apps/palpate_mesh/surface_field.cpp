@@ -171,7 +171,7 @@ SurfaceShape surface_field(const fs::path& path, const Shaping& shaping) {
   const double thickness = 2.0 * volume / area;
   Lattice signs = lattice_round(surface, lattice_spacing(surface, thickness));
   set_signs(surface, signs, static_cast<float>(2.0 * signs.spacing.x));
-  SurfaceShape shape{signs, volume, std::move(closed.remarks)};
+  SurfaceShape shape{signs, volume, closed.one_sided ? thickness : 0.0, std::move(closed.remarks)};
   set_distances(surface, signs, shape.field);
   if (!closed.one_sided) shape.volume = positive_volume(shape.field);
   for (const auto& joint : closed.joints) add_bar(joint, shape.field);

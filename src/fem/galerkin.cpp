@@ -43,16 +43,16 @@ struct Rows {
   std::vector<Dense<6, 6>> blocks;
 };
 
-/// Computes rows of P^T (A P), a row (A P)^T at a time, with A P = (P^T A)^T.
+/// Computes rows of P^T A P. With the column p of P of an aggregate and A symmetric, its row is (A p)^T P.
 template <std::size_t N>
 class RowMaker {
  public:
   RowMaker(const BlockRows<N, N>& a, const BlockRows<N, 6>& transfer, std::size_t aggregate_count)
       : a_(a), transfer_(transfer), nodes_(a.size()), aggregates_(aggregate_count) {}
 
-  /// \param fine  blocks of the transfer from this aggregate, and their nodes
-  void append(std::span<const std::uint32_t> fine, std::span<const std::uint32_t> of, Rows& rows) {
-    multiply(fine, of);
+  /// \param column  blocks of the transfer from this aggregate; `nodes` are theirs
+  void append(std::span<const std::uint32_t> column, std::span<const std::uint32_t> nodes, Rows& rows) {
+    multiply(column, nodes);
     for (const std::uint32_t j : nodes_.items()) {
       for (std::uint32_t e = transfer_.begin[j]; e < transfer_.begin[j + 1]; ++e)
         aggregates_.place(transfer_.columns[e]);
@@ -76,12 +76,12 @@ class RowMaker {
   }
 
  private:
-  /// The blocks of A P of the aggregate, with their nodes.
-  void multiply(std::span<const std::uint32_t> fine, std::span<const std::uint32_t> of) {
+  /// A p, at the nodes nodes_.
+  void multiply(std::span<const std::uint32_t> column, std::span<const std::uint32_t> nodes) {
     pairs_.clear();
-    for (std::size_t k = 0; k < fine.size(); ++k) {
-      for (std::uint32_t e = a_.begin[of[k]]; e < a_.begin[of[k] + 1]; ++e)
-        pairs_.push_back({e, fine[k], nodes_.place(a_.columns[e])});
+    for (std::size_t k = 0; k < column.size(); ++k) {
+      for (std::uint32_t e = a_.begin[nodes[k]]; e < a_.begin[nodes[k] + 1]; ++e)
+        pairs_.push_back({e, column[k], nodes_.place(a_.columns[e])});
     }
     products_.assign(nodes_.items().size(), {});
     constexpr auto kind = N == 3 ? simd::BlockProduct::three_transposed : simd::BlockProduct::six_transposed;
@@ -96,38 +96,12 @@ class RowMaker {
   std::vector<Dense<N, 6>> products_;
 };
 
-/// For each aggregate, the indices of its blocks of the transfer, and their nodes.
-struct Columns {
-  std::vector<std::uint32_t> begin;
-  std::vector<std::uint32_t> blocks;
-  std::vector<std::uint32_t> nodes;
-};
-
-template <std::size_t N>
-Columns columns_of(const BlockRows<N, 6>& transfer, std::size_t count) {
-  Columns columns;
-  columns.begin.assign(count + 1, 0);
-  for (const std::uint32_t column : transfer.columns) ++columns.begin[column + 1];
-  for (std::size_t i = 0; i < count; ++i) columns.begin[i + 1] += columns.begin[i];
-  std::vector<std::uint32_t> next(columns.begin.begin(), columns.begin.end() - 1);
-  columns.blocks.resize(transfer.columns.size());
-  columns.nodes.resize(transfer.columns.size());
-  for (std::uint32_t node = 0; node < transfer.size(); ++node) {
-    for (std::uint32_t k = transfer.begin[node]; k < transfer.begin[node + 1]; ++k) {
-      const std::uint32_t place = next[transfer.columns[k]]++;
-      columns.blocks[place] = k;
-      columns.nodes[place] = node;
-    }
-  }
-  return columns;
-}
-
 }  // namespace
 
 template <std::size_t N>
 BlockRows<6, 6> galerkin(const parallel::Threads& threads, const BlockRows<N, N>& a,
                          const BlockRows<N, 6>& transfer, std::size_t aggregate_count) {
-  const Columns columns = columns_of(transfer, aggregate_count);
+  const ColumnLists columns = columns_of(transfer, aggregate_count);
   const std::size_t grain = aggregate_count / chunks + 1;
   std::vector<Rows> parts(parallel::chunk_count(aggregate_count, grain));
   parallel::for_chunks(threads, aggregate_count, grain,
@@ -137,7 +111,7 @@ BlockRows<6, 6> galerkin(const parallel::Threads& threads, const BlockRows<N, N>
                            const std::size_t first = columns.begin[row];
                            const std::size_t count = columns.begin[row + 1] - first;
                            maker.append(std::span(columns.blocks).subspan(first, count),
-                                        std::span(columns.nodes).subspan(first, count), parts[chunk]);
+                                        std::span(columns.rows).subspan(first, count), parts[chunk]);
                          }
                        });
   BlockRows<6, 6> result;

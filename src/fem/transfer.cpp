@@ -17,20 +17,12 @@ constexpr int sweeps = 2;
 
 template <std::size_t N, std::size_t M>
 BlockRows<M, N> transposed(const BlockRows<N, M>& rows, std::size_t count) {
-  BlockRows<M, N> result;
-  result.begin.assign(count + 1, 0);
-  for (const std::uint32_t column : rows.columns) ++result.begin[column + 1];
-  for (std::size_t i = 0; i < count; ++i) result.begin[i + 1] += result.begin[i];
-  std::vector<std::uint32_t> next(result.begin.begin(), result.begin.end() - 1);
-  result.columns.resize(rows.columns.size());
-  result.blocks.resize(rows.columns.size());
-  for (std::size_t row = 0; row < rows.size(); ++row) {
-    for (std::uint32_t k = rows.begin[row]; k < rows.begin[row + 1]; ++k) {
-      const std::uint32_t place = next[rows.columns[k]]++;
-      result.columns[place] = static_cast<std::uint32_t>(row);
-      for (std::size_t i = 0; i < N; ++i) {
-        for (std::size_t j = 0; j < M; ++j) result.blocks[place][N * j + i] = rows.blocks[k][M * i + j];
-      }
+  const ColumnLists lists = columns_of(rows, count);
+  BlockRows<M, N> result{lists.begin, lists.rows, std::vector<Dense<M, N>>(lists.blocks.size())};
+  for (std::size_t place = 0; place < lists.blocks.size(); ++place) {
+    const Dense<N, M>& block = rows.blocks[lists.blocks[place]];
+    for (std::size_t i = 0; i < N; ++i) {
+      for (std::size_t j = 0; j < M; ++j) result.blocks[place][N * j + i] = block[M * i + j];
     }
   }
   return result;

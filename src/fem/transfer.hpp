@@ -22,6 +22,33 @@ struct BlockRows {
   [[nodiscard]] std::size_t size() const { return begin.size() - 1; }
 };
 
+/// The blocks of each column, rows in ascending order.
+struct ColumnLists {
+  std::vector<std::uint32_t> begin;   ///< (n_columns + 1)
+  std::vector<std::uint32_t> blocks;  ///< indices of blocks
+  std::vector<std::uint32_t> rows;    ///< their rows
+};
+
+/// `count` columns. O(blocks).
+template <std::size_t N, std::size_t M>
+ColumnLists columns_of(const BlockRows<N, M>& rows, std::size_t count) {
+  ColumnLists lists;
+  lists.begin.assign(count + 1, 0);
+  for (const std::uint32_t column : rows.columns) ++lists.begin[column + 1];
+  for (std::size_t i = 0; i < count; ++i) lists.begin[i + 1] += lists.begin[i];
+  std::vector<std::uint32_t> next(lists.begin.begin(), lists.begin.end() - 1);
+  lists.blocks.resize(rows.columns.size());
+  lists.rows.resize(rows.columns.size());
+  for (std::uint32_t row = 0; row < rows.size(); ++row) {
+    for (std::uint32_t k = rows.begin[row]; k < rows.begin[row + 1]; ++k) {
+      const std::uint32_t place = next[rows.columns[k]]++;
+      lists.blocks[place] = k;
+      lists.rows[place] = row;
+    }
+  }
+  return lists;
+}
+
 /// The transpose, rows in ascending order; `count` columns. O(blocks).
 template <std::size_t N, std::size_t M>
 BlockRows<M, N> transposed(const BlockRows<N, M>& rows, std::size_t count);

@@ -246,6 +246,15 @@ TEST_F(Conforming, WarnsWhereTheNumberOfTetsIsMissed) {
             std::string::npos);
 }
 
+TEST_F(Conforming, WarnsOfAFocusOutsideOfTheTissues) {
+  write("balls.seg.nrrd", named(balls()));
+  const auto warnings = [&](const std::string& focus) {
+    return conforming("balls.seg.nrrd", {"--size", "4", "--focus", focus})["warnings"].dump();
+  };
+  EXPECT_NE(warnings("900,900,900,5=1").find("--focus number 1 is outside of all tissues"),
+            std::string::npos);
+}
+
 TEST_F(Conforming, RefusesWhatDoesNotFit) {
   write("balls.seg.nrrd", named(balls()));
   write("box.stl", box_stl({0, 0, 0}, {1, 1, 1}));

@@ -100,6 +100,8 @@ TEST_F(MeshRefusals, Surfaces) {
   refuse({"open.stl"}, {"open.stl", "a hole of 3 edges", "a closed surface"});
   write("huge.stl", box_stl({0, 0, 0}, {1e10, 1e10, 1e10}));  // CGAL's mesher would not end
   refuse({"huge.stl"}, {"huge.stl", "a diagonal of 1.732e+10 mm", "1e-9 to 1e9 mm"});
+  write("short.off", "OFF\n4 4 0\n0 0 0\n1 0\n0 1 0\n0 0 1\n3 0 1 2\n3 0 1 3\n3 0 2 3\n3 1 2 3\n");
+  refuse({"short.off"}, {"short.off: line 4: found the end of the line", "three coordinates"});
   write("empty.obj", "# nothing\n");
   refuse({"empty.obj"}, {"empty.obj", "no triangles"});
   write("text.vtp", "no XML");
