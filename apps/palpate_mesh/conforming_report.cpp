@@ -66,6 +66,21 @@ double least_angle(const ConformingMesh& made) {
   return least;
 }
 
+/// Indices of the focuses that do not reach the box of the mesh.
+std::vector<std::size_t> focuses_outside(const ConformingMesh& made, const TissuePlan& plan) {
+  Box box;
+  for (const Vec3& point : made.mesh.mesh.points) box.extend(point);
+  std::vector<std::size_t> outside;
+  for (std::size_t f = 0; f < plan.sizes.focuses.size(); ++f) {
+    const auto& [center, radius, size] = plan.sizes.focuses[f];
+    const Vec3 nearest{std::clamp(center.x, box.lower.x, box.upper.x),
+                       std::clamp(center.y, box.lower.y, box.upper.y),
+                       std::clamp(center.z, box.lower.z, box.upper.z)};
+    if (length(center - nearest) > radius) outside.push_back(f);
+  }
+  return outside;
+}
+
 std::vector<std::string> warnings_of(const ConformingMesh& made, const TissuePlan& plan) {
   constexpr double similar = 0.95;
   constexpr double flat = 8.0;
@@ -100,16 +115,9 @@ std::vector<std::string> warnings_of(const ConformingMesh& made, const TissuePla
     warnings.push_back(
         fmt::format("only {:.1f} % of the area where organs touch in the map is closed", 100.0 * fraction));
   }
-  Box box;
-  for (const Vec3& point : made.mesh.mesh.points) box.extend(point);
-  for (std::size_t f = 0; f < plan.sizes.focuses.size(); ++f) {
-    const auto& [center, radius, size] = plan.sizes.focuses[f];
-    const Vec3 nearest{std::clamp(center.x, box.lower.x, box.upper.x),
-                       std::clamp(center.y, box.lower.y, box.upper.y),
-                       std::clamp(center.z, box.lower.z, box.upper.z)};
-    if (length(center - nearest) > radius)
-      warnings.push_back(
-          fmt::format("--focus number {} is outside of all tissues, and has no effect", f + 1));
+  for (const std::size_t focus : focuses_outside(made, plan)) {
+    warnings.push_back(
+        fmt::format("--focus number {} does not reach the mesh, and has no effect", focus + 1));
   }
   if (made.wanted_tets > 0.0) {
     if (auto missed = missed_number(static_cast<double>(made.mesh.labels.size()), made.wanted_tets))
