@@ -11,6 +11,12 @@ class Interrupt : public CommandTest {
  protected:
   void SetUp() override { write("scene.json", falling_box()); }
 
+  /// Steps of a second or so, so that a signal is not handled before the next one comes.
+  void write_slow_scene() {
+    write("scene.json", R"({"contact": {"structure": "brute"}, "bodies": [
+      {"ball": {"radius": 1, "resolution": 14}, "material": {}},
+      {"ball": {"radius": 1, "resolution": 14}, "translate": [1, 0, 0], "material": {}}]})");
+  }
   /// Waits until `reached`, or fails after a minute.
   static void wait_until(const std::function<bool()>& reached) {
     const auto deadline = std::chrono::steady_clock::now() + std::chrono::minutes(1);
@@ -95,10 +101,7 @@ TEST_F(Interrupt, TheStateIsThatOfARunOfAsManySteps) {
 }
 
 TEST_F(Interrupt, TheSecondSignalKillsAtOnce) {
-  // Steps of seconds, so that the first signal is not handled before the second comes.
-  write("scene.json", R"({"contact": {"structure": "brute"}, "bodies": [
-    {"ball": {"radius": 1, "resolution": 14}, "material": {}},
-    {"ball": {"radius": 1, "resolution": 14}, "translate": [1, 0, 0], "material": {}}]})");
+  write_slow_scene();
   Process run(endless_, folder_.path());
   wait_until([&] { return exists("out/metrics.csv"); });
   run.send(SIGINT);
@@ -113,11 +116,12 @@ TEST_F(Interrupt, TheSecondSignalKillsAtOnce) {
 }
 
 TEST_F(Interrupt, SignalsThatComeTogetherAreOneRequest) {  // as timeout(1) sends them
+  write_slow_scene();
   Process run(endless_, folder_.path());
-  wait_for_rows(2);
-  for (int i = 0; i < 3; ++i) {
+  wait_until([&] { return exists("out/metrics.csv"); });
+  for (int i = 0; i < 8 && run.running(); ++i) {
     run.send(SIGINT);
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
   const Finished finished = run.wait();
   EXPECT_EQ(finished.exit_code, 1) << finished.err;
