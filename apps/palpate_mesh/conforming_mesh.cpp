@@ -10,6 +10,7 @@
 
 #include <palpate/error.hpp>
 
+#include "line_balls.hpp"
 #include "map_fit.hpp"
 #include "size_search.hpp"
 #include "sliver_repair.hpp"
@@ -84,6 +85,7 @@ class ConformingMesher {
         options_(&options),
         progress_(&progress),
         tissues_(tissues_of(map, plan, options.shaping)),
+        lines_(tissue_lines(tissues_)),
         layers_(layers_of(tissues_, most_thickness(map))) {
     for (const NamedLabel& label : map.labels) voxels_ += static_cast<double>(label.extent.voxels);
     domain_.lower = tissues_.lower();
@@ -108,7 +110,7 @@ class ConformingMesher {
     made_.wanted_tets = fineness.size > 0.0 ? 0.0 : fineness.tets;
     made_.faces = interface_faces(made_.mesh);
     made_.bodies = bodies_of(made_.mesh, made_.faces, plan_->relations, plan_->rigid, plan_->names);
-    made_.comparison = compare(tissues_, made_.mesh, made_.faces);
+    made_.comparison = compare(tissues_, lines_, made_.mesh, made_.faces);
     made_.least_size = static_cast<double>(*std::ranges::min_element(sizes_.values));
     return std::move(made_);
   }
@@ -131,6 +133,7 @@ class ConformingMesher {
         of_thickness * (options_->fineness.tets > 0.0 ? scale_of(size) : std::min(scale_of(size), 1.0));
     sizes_ = size_field(tissues_, sizes, layers_);
     domain_.seeds = tissues_.seeds(size);
+    domain_.lines = line_balls(lines_, [&](const Vec3& p) { return sizes_(p); });
     const Fineness& fineness = options_->fineness;
     const MeshingCriteria criteria{
         .facet_size = [&](const Vec3& p) { return sizes_(p); },
@@ -193,6 +196,7 @@ class ConformingMesher {
   const MeshOptions* options_;
   const MeshingProgress* progress_;
   Tissues tissues_;
+  TissueLines lines_;
   std::vector<float> layers_;
   LabelledDomain domain_;
   Lattice sizes_;

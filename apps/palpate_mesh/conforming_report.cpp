@@ -22,6 +22,10 @@ std::string_view relation_of(const TissuePlan& plan, const InterfaceMatch& match
   return relation_names[static_cast<std::size_t>(plan.relations.between(match.tissues[0], match.tissues[1]))];
 }
 
+ordered_json distance_json(const ShapeDistance& distance) {
+  return {{"mean", distance.mean}, {"95", distance.percentile_95}, {"max", distance.largest}};
+}
+
 ordered_json tissue_json(const TissueMatch& match, const NamedLabel& label) {
   return {{"name", utf8_text(label.name.name)},
           {"label", label.extent.label},
@@ -31,10 +35,7 @@ ordered_json tissue_json(const TissueMatch& match, const NamedLabel& label) {
           {"input_volume", match.map_volume},
           {"dice", match.dice},
           {"lost_voxels", match.lost},
-          {"surface_distance",
-           {{"mean", match.distance.mean},
-            {"95", match.distance.percentile_95},
-            {"max", match.distance.largest}}}};
+          {"surface_distance", distance_json(match.distance)}};
 }
 
 ordered_json interface_json(const InterfaceMatch& match, const TissuePlan& plan) {
@@ -140,9 +141,12 @@ std::string text_of(const ConformingMesh& made, const TissuePlan& plan) {
                         1e-3 * match.volume, 100.0 * match.volume / match.map_volume, match.dice,
                         match.distance.mean, match.distance.percentile_95);
   }
-  return text + fmt::format("{:.2f} % of the area where organs touch is closed; sizes {} to {} mm\n",
-                            100.0 * closed_fraction(made, plan), short_text(made.least_size),
-                            short_text(made.size));
+  return text +
+         fmt::format(
+             "{:.2f} % of the area where organs touch is closed; sizes {} to {} mm\n"
+             "lines where three meet: {:.2f} mm from those of the labels (mean), 95 % within {:.2f} mm\n",
+             100.0 * closed_fraction(made, plan), short_text(made.least_size), short_text(made.size),
+             made.comparison.lines.mean, made.comparison.lines.percentile_95);
 }
 
 }  // namespace
@@ -158,6 +162,7 @@ ConformingReport conforming_report(const ConformingMesh& made, const std::vector
                  {"size", made.size},
                  {"least_size", made.least_size},
                  {"meshings", made.meshings},
+                 {"line_distance", distance_json(made.comparison.lines)},
                  {"bodies", ordered_json::array()},
                  {"tissues", ordered_json::array()},
                  {"interfaces", ordered_json::array()}};

@@ -12,6 +12,7 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -26,14 +27,13 @@ using CgalDomain = CGAL::Labeled_mesh_domain_3<Kernel>;
 /// hit interfaces, and miss small components.
 class SeededDomain : public CgalDomain {
  public:
-  SeededDomain(const CgalDomain& domain, const std::vector<InterfaceSeed>& seeds)
-      : CgalDomain(domain), seeds_(&seeds) {}
+  SeededDomain(const CgalDomain& domain, const LabelledDomain& shape) : CgalDomain(domain), shape_(&shape) {}
 
   struct Construct_initial_points {  // NOLINT(readability-identifier-naming): CGAL looks for this name
     const SeededDomain* domain;
     template <class Output>
     Output operator()(Output output, int /*count*/ = 0) const {
-      for (const auto& [point, labels] : *domain->seeds_) {
+      for (const auto& [point, labels] : domain->shape_->seeds) {
         *output++ = {Point_3(point.x, point.y, point.z),
                      domain->index_from_surface_patch_index({labels[0], labels[1]})};
       }
@@ -41,9 +41,10 @@ class SeededDomain : public CgalDomain {
     }
   };
   [[nodiscard]] Construct_initial_points construct_initial_points_object() const { return {this}; }
+  [[nodiscard]] const LabelledDomain& shape() const { return *shape_; }
 
  private:
-  const std::vector<InterfaceSeed>* seeds_;
+  const LabelledDomain* shape_;
 };
 
 /// A size field with the interface that CGAL expects.
@@ -81,7 +82,7 @@ SeededDomain make_domain(const LabelledDomain& domain, const std::function<void(
   };
   const CGAL::Bbox_3 box(domain.lower.x, domain.lower.y, domain.lower.z, domain.upper.x, domain.upper.y,
                          domain.upper.z);
-  return {CgalDomain(label, box, parameters::relative_error_bound = 1e-4), domain.seeds};
+  return {CgalDomain(label, box, parameters::relative_error_bound = 1e-4), domain};
 }
 
 using Place = std::tuple<double, double, double>;
@@ -113,17 +114,21 @@ Tet lowest_first(Tet tet) {
 LabelledMesh sorted_mesh(const Complex& complex, bool manifold) {
   const std::map<Place, Index> points = sorted_points(complex);
   std::vector<std::pair<Tet, int>> tets;
+  std::set<Index> on_lines;
   for (auto cell = complex.cells_in_complex_begin(); cell != complex.cells_in_complex_end(); ++cell) {
     Tet tet{};
     for (int i = 0; i < 4; ++i) {
       const auto& p = cell->vertex(i)->point();
-      tet[static_cast<std::size_t>(i)] = points.at({p.x(), p.y(), p.z()});
+      const Index index = points.at({p.x(), p.y(), p.z()});
+      tet[static_cast<std::size_t>(i)] = index;
+      if (cell->vertex(i)->in_dimension() == 1) on_lines.insert(index);
     }
     tets.emplace_back(lowest_first(tet), complex.subdomain_index(cell));
   }
   std::ranges::sort(tets);
   LabelledMesh sorted;
   sorted.manifold = manifold;
+  sorted.line_points.assign(on_lines.begin(), on_lines.end());
   for (const auto& [place, index] : points) {
     sorted.mesh.points.push_back({std::get<0>(place), std::get<1>(place), std::get<2>(place)});
   }
@@ -134,16 +139,41 @@ LabelledMesh sorted_mesh(const Complex& complex, bool manifold) {
   return sorted;
 }
 
+/// Inserts the points of lines, with their balls as weights, and the seeds that are outside of all balls.
+void add_first_points(Complex& complex, const SeededDomain& domain) {
+  auto& mesh = complex.triangulation();
+  const auto add = [&](const Triangulation::Weighted_point& point, int dimension, const auto& index) {
+    const auto vertex = mesh.insert(point);
+    if (vertex == Complex::Vertex_handle()) return;  // hidden by others
+    complex.set_dimension(vertex, dimension);
+    complex.set_index(vertex, index);
+  };
+  for (const auto& [center, radius] : domain.shape().lines) {
+    add({{center.x, center.y, center.z}, radius * radius}, 1, domain.index_from_subdomain_index(0));
+  }
+  std::vector<std::pair<Kernel::Point_3, SeededDomain::Index>> seeds;
+  domain.construct_initial_points_object()(std::back_inserter(seeds));
+  for (const auto& [point, index] : seeds) {
+    if (!domain.shape().lines.empty()) {
+      const auto& ball = mesh.point(mesh.nearest_power_vertex(point));
+      if (CGAL::squared_distance(point, ball.point()) < ball.weight()) continue;
+    }
+    add(Triangulation::Weighted_point(point), 2, index);
+  }
+}
+
 /// The refined mesh; none where it would need more than `max_points`, or CGAL fails an assertion.
 std::optional<Complex> refined(const SeededDomain& domain, const Criteria& criteria, std::size_t max_points,
                                bool manifold) {
   CGAL::Mesh_error_code failed = CGAL::CGAL_MESH_3_NO_ERROR;
   try {
-    auto complex = CGAL::make_mesh_3<Complex>(
-        domain, criteria, parameters::no_perturb(), parameters::no_exude(),
-        manifold ? parameters::manifold() : parameters::non_manifold(),
-        parameters::mesh_3_options(parameters::maximal_number_of_vertices = max_points,
-                                   parameters::pointer_to_error_code = &failed));
+    std::optional<Complex> complex(std::in_place);
+    add_first_points(*complex, domain);
+    const auto options = parameters::mesh_3_options(parameters::maximal_number_of_vertices = max_points,
+                                                    parameters::pointer_to_error_code = &failed);
+    CGAL::refine_mesh_3(*complex, domain, criteria, parameters::no_perturb(), parameters::no_exude(),
+                        parameters::no_reset_c3t3(), options,
+                        manifold ? parameters::manifold() : parameters::non_manifold());
     if (failed == CGAL::CGAL_MESH_3_NO_ERROR) return complex;
   } catch (const CGAL::Failure_exception&) {
     // Usually CGAL asks for the same point twice if the surface is no manifold.

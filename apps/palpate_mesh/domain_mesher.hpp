@@ -17,6 +17,12 @@ struct InterfaceSeed {
   std::array<int, 2> labels{0, 1};  ///< ascending
 };
 
+/// A ball round a point of a line that edges of the mesh follow.
+struct LineBall {
+  Vec3 center;
+  double radius = 0.0;
+};
+
 /// A region of space to mesh, with a label at each position. All lengths have the same unit.
 struct LabelledDomain {
   std::function<int(const Vec3&)> label;  ///< 0 outside. May throw; the mesher passes the exception on
@@ -25,6 +31,9 @@ struct LabelledDomain {
   /// Points from which the refinement of interfaces starts: some for each component, and behind each thin
   /// neck.
   std::vector<InterfaceSeed> seeds;
+  /// Points of the mesh on lines where three labels meet. Each ball holds no other centre. No other point of
+  /// the mesh is in a ball, so consecutive balls that overlap become an edge.
+  std::vector<LineBall> lines;
 };
 
 /// A length as a function of position.
@@ -47,9 +56,10 @@ struct MeshingCriteria {
 
 /// Tets with labels: interfaces between labels are common faces of two tets.
 struct LabelledMesh {
-  TetMesh mesh;             ///< points and tets sorted
-  std::vector<int> labels;  ///< (n_tets), > 0
-  bool manifold = true;     ///< the surface was asked to be a manifold, and is one
+  TetMesh mesh;                    ///< points and tets sorted
+  std::vector<int> labels;         ///< (n_tets), > 0
+  std::vector<Index> line_points;  ///< points on the lines of the domain, ascending
+  bool manifold = true;            ///< the surface was asked to be a manifold, and is one
 };
 
 /// Meshes the domain by Delaunay refinement, then perturbs points and changes the connectivity where tets are

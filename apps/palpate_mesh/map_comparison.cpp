@@ -5,6 +5,7 @@
 #include <limits>
 #include <map>
 #include <numbers>
+#include <set>
 
 #include "contact/nearest_surface.hpp"
 #include "geometry/box_tree.hpp"
@@ -16,6 +17,7 @@ namespace palpate::app {
 namespace {
 
 using Triangle3 = std::array<Vec3, 3>;
+using Segment3 = std::array<Vec3, 2>;
 
 /// Calls f(voxel, voxel before, axis) for each pair of neighbouring voxels of different tissues, also at the
 /// border of the map.
@@ -67,35 +69,51 @@ Vec3 middle_of(const Triangle3& t) {
   return (1.0 / 3.0) * (t[0] + t[1] + t[2]);
 }
 
-/// Distance of p from the nearest of these triangles.
+Vec3 middle_of(const Segment3& s) {
+  return 0.5 * (s[0] + s[1]);
+}
+
+Vec3 nearest_on(const Triangle3& t, const Vec3& p) {
+  return nearest_on_triangle(p, t);
+}
+
+Vec3 nearest_on(const Segment3& s, const Vec3& p) {
+  const Vec3 along = s[1] - s[0];
+  const double square = squared_length(along);
+  return square > 0.0 ? s[0] + std::clamp(dot(p - s[0], along) / square, 0.0, 1.0) * along : s[0];
+}
+
+/// Distance of p from the nearest of these triangles or segments.
 /// \param tree  tree of their boxes
-double distance_to(const Vec3& p, const std::vector<Triangle3>& triangles, const BoxTree& tree) {
+template <class Shape>
+double distance_to(const Vec3& p, const std::vector<Shape>& shapes, const BoxTree& tree) {
   double least = std::numeric_limits<double>::infinity();
   tree.for_each_within(
       Box{p, p}, [&] { return least; },
-      [&](std::size_t t) { least = std::min(least, length(nearest_on_triangle(p, triangles[t]) - p)); });
+      [&](std::size_t t) { least = std::min(least, length(nearest_on(shapes[t], p) - p)); });
   return least;
 }
 
-/// Distances from the corners and centroids of the triangles of each surface to the other surface.
-SurfaceDistance distance_between(const std::vector<Triangle3>& a, const std::vector<Triangle3>& b) {
+/// Distances from the corners and centroids of the triangles or segments of each shape to the other shape.
+template <class Shape>
+ShapeDistance distance_between(const std::vector<Shape>& a, const std::vector<Shape>& b) {
   if (a.empty() || b.empty()) return {};
   std::vector<double> distances;
-  const auto add = [&](const std::vector<Triangle3>& from, const std::vector<Triangle3>& to) {
+  const auto add = [&](const std::vector<Shape>& from, const std::vector<Shape>& to) {
     std::vector<Box> boxes(to.size());
     for (std::size_t t = 0; t < to.size(); ++t) {
       for (const Vec3& corner : to[t]) boxes[t].extend(corner);
     }
     const BoxTree tree(std::move(boxes));
-    for (const Triangle3& triangle : from) {
-      distances.push_back(distance_to(triangle[0], to, tree));
-      distances.push_back(distance_to(middle_of(triangle), to, tree));
+    for (const Shape& shape : from) {
+      distances.push_back(distance_to(shape[0], to, tree));
+      distances.push_back(distance_to(middle_of(shape), to, tree));
     }
   };
   add(a, b);
   add(b, a);
   std::ranges::sort(distances);
-  SurfaceDistance found;
+  ShapeDistance found;
   for (const double d : distances) found.mean += d / static_cast<double>(distances.size());
   found.largest = distances.back();
   found.percentile_95 = distances[(distances.size() - 1) * 95 / 100];
@@ -179,9 +197,26 @@ std::vector<InterfaceMatch> interfaces_of(const Tissues& tissues, const Labelled
   return matches;
 }
 
+/// Edges at interfaces of more than two tissues.
+std::vector<Segment3> lines_of(const LabelledMesh& mesh, const std::vector<InterfaceFace>& faces) {
+  std::map<std::array<Index, 2>, std::set<int>> tissues;
+  for (const InterfaceFace& face : faces) {
+    const auto& [a, b, c] = face.points;
+    for (const auto& edge : {std::array{a, b}, std::array{a, c}, std::array{b, c}})
+      tissues[edge].insert(face.labels.begin(), face.labels.end());
+  }
+  std::vector<Segment3> lines;
+  for (const auto& [edge, around] : tissues) {
+    if (around.size() < 3) continue;
+    lines.push_back({mesh.mesh.points[static_cast<std::size_t>(edge[0])],
+                     mesh.mesh.points[static_cast<std::size_t>(edge[1])]});
+  }
+  return lines;
+}
+
 }  // namespace
 
-MapComparison compare(const Tissues& tissues, const LabelledMesh& mesh,
+MapComparison compare(const Tissues& tissues, const TissueLines& map_lines, const LabelledMesh& mesh,
                       const std::vector<InterfaceFace>& faces) {
   MapComparison comparison;
   comparison.tissues.resize(static_cast<std::size_t>(tissues.count()));
@@ -195,6 +230,7 @@ MapComparison compare(const Tissues& tissues, const LabelledMesh& mesh,
   const auto of_map = voxel_surfaces(tissues);
   for (std::size_t t = 1; t < surfaces.size(); ++t)
     comparison.tissues[t - 1].distance = distance_between(surfaces[t], of_map[t]);
+  comparison.lines = distance_between(lines_of(mesh, faces), segments_of(map_lines));
   comparison.interfaces = interfaces_of(tissues, mesh, lines, faces);
   return comparison;
 }

@@ -6,12 +6,13 @@
 
 #include "domain_mesher.hpp"
 #include "tet_faces.hpp"
+#include "tissue_lines.hpp"
 #include "tissues.hpp"
 
 namespace palpate::app {
 
-/// Distances between two surfaces, mm.
-struct SurfaceDistance {
+/// Distances between two surfaces or lines, mm.
+struct ShapeDistance {
   double mean = 0.0;
   double percentile_95 = 0.0;  ///< 95 % of the distances are at most this
   double largest = 0.0;        ///< Hausdorff distance
@@ -26,7 +27,7 @@ struct TissueMatch {
   double dice = 0.0;        ///< Dice coefficient of its voxels and the voxels with their centre in its tets
   std::size_t lost =
       0;  ///< voxels that the mesh misses: neither they nor their 26 neighbours have their centre in its tets
-  SurfaceDistance distance;    ///< from triangles to the faces of voxels, and back
+  ShapeDistance distance;      ///< from triangles to the faces of voxels, and back
   double least_angle = 180.0;  ///< dihedral, of its tets, degrees
 };
 
@@ -43,10 +44,13 @@ struct InterfaceMatch {
 struct MapComparison {
   std::vector<TissueMatch> tissues;        ///< (n_tissues)
   std::vector<InterfaceMatch> interfaces;  ///< of all pairs that touch in map or mesh, sorted by tissues
+  ShapeDistance
+      lines;  ///< from edges of the mesh where three tissues meet to such lines of the map, and back
 };
 
-/// Compares a mesh in the axes of the map with the map. O(tets x lines of voxels in each + voxels).
-MapComparison compare(const Tissues& tissues, const LabelledMesh& mesh,
+/// Compares a mesh in the axes of the map with the map, and with the lines where its tissues meet. O(tets x
+/// lines of voxels in each + voxels).
+MapComparison compare(const Tissues& tissues, const TissueLines& map_lines, const LabelledMesh& mesh,
                       const std::vector<InterfaceFace>& faces);
 
 }  // namespace palpate::app

@@ -22,6 +22,7 @@ constexpr std::array<double Vec3::*, 3> component{&Vec3::x, &Vec3::y, &Vec3::z};
 constexpr double samples_per_voxel = 2.0;  // along each axis
 constexpr double wanted_angle = 10.0;      // degrees; no dihedral angle falls below it, or below what it was
 constexpr double reach = 1.0;              // how far a point may move from where it was, in voxels
+constexpr double reach_on_line = 0.5;      // the same for points on lines where three tissues meet
 constexpr int most_rounds = 4;
 
 /// The tissues at samples in a box. Sample n of an axis is at (n + 0.5) times the spacing.
@@ -112,7 +113,9 @@ class Fitter {
         samples_(tissues),
         at_point_(mesh.mesh.points.size()),
         directions_(mesh.mesh.points.size()),
+        reach_(mesh.mesh.points.size(), reach),
         start_(mesh.mesh.points) {
+    for (const Index p : mesh.line_points) reach_[static_cast<std::size_t>(p)] = reach_on_line;
     const Vec3& s = tissues.spacing();
     voxel_ = std::cbrt(s.x * s.y * s.z);
     const auto& tets = mesh.mesh.tets;
@@ -197,7 +200,8 @@ class Fitter {
       for (const Vec3& direction : directions_[point]) {
         for (const double sign : {-1.0, 1.0}) {
           place = here + (sign * step * voxel_) * direction;
-          if (length(place - start_[point]) > reach * voxel_ || least_angle_at(point) < allowed) continue;
+          if (length(place - start_[point]) > reach_[point] * voxel_ || least_angle_at(point) < allowed)
+            continue;
           if (const long cost = cost_at(point); cost < best) {
             best = cost;
             best_place = place;
@@ -214,6 +218,7 @@ class Fitter {
   double voxel_ = 1.0;                              ///< mm
   std::vector<std::vector<std::size_t>> at_point_;  ///< tets at each point
   std::vector<std::vector<Vec3>> directions_;  ///< (n_points), where a point may move; none inside tissues
+  std::vector<double> reach_;                  ///< (n_points), voxels
   std::vector<Vec3> start_;
 };
 

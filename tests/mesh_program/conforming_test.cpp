@@ -188,6 +188,103 @@ TEST_F(Conforming, LayersOfOneVoxelStayWhole) {
   EXPECT_EQ(euler(surface_of(mesh("label-2"))), 4) << "a shell without holes";
 }
 
+using PlacedEdge = std::array<std::array<double, 3>, 2>;
+
+/// The edges around the common triangles of two bodies.
+std::vector<PlacedEdge> rim_between(const TetMesh& a, const TetMesh& b) {
+  const auto of_b = surface_of(b);
+  std::map<PlacedEdge, int> edges;
+  for (const PlacedTriangle& triangle : surface_of(a)) {
+    if (!of_b.contains(turned(triangle))) continue;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const auto& [low, high] = std::minmax(triangle[c], triangle[(c + 1) % 3]);
+      ++edges[{low, high}];
+    }
+  }
+  std::vector<PlacedEdge> rim;
+  for (const auto& [edge, triangles] : edges) {
+    if (triangles == 1) rim.push_back(edge);
+  }
+  return rim;
+}
+
+Vec3 vector_of(const std::array<double, 3>& p) {
+  return {p[0], p[1], p[2]};
+}
+
+double length_of(const std::vector<PlacedEdge>& edges) {
+  double sum = 0.0;
+  for (const auto& [a, b] : edges) sum += length(vector_of(b) - vector_of(a));
+  return sum;
+}
+
+TEST_F(Conforming, EdgesFollowTheCircleWhereThreeTissuesMeet) {
+  // A ball cut by an oblique plane: two tissues and the outside meet in a circle.
+  constexpr double radius = 14.0;
+  constexpr double height = 2.3;
+  const Vec3 center{19.5, 19.5, 19.5};
+  const Vec3 normal{0.8, 0.36, 0.48};
+  const TestMap map({40, 40, 40}, [&](int i, int j, int k) {
+    const Vec3 p = Vec3{1.0 * i, 1.0 * j, 1.0 * k} - center;
+    if (length(p) >= radius) return 0;
+    return dot(p, normal) < height ? 1 : 2;
+  });
+  write("halves.nrrd", nrrd(map));
+  const Json report = conforming("halves.nrrd", {"--size", "4", "--relation", "slides"});
+  const auto rim = rim_between(mesh("label-1"), mesh("label-2"));
+  const double of_circle = std::sqrt(radius * radius - height * height);
+  std::map<std::array<double, 3>, int> ends;
+  double off = 0.0;
+  for (const PlacedEdge& edge : rim) {
+    for (const auto& end : edge) {
+      ++ends[end];
+      const Vec3 p = vector_of(end) - center;
+      const double up = dot(p, normal) / length(normal);
+      off = std::max(off, std::hypot(up - height, std::sqrt(squared_length(p) - up * up) - of_circle));
+    }
+  }
+  for (const auto& [end, edges] : ends) EXPECT_EQ(edges, 2) << "a closed line";
+  EXPECT_LT(off, 1.0) << "a voxel";
+  EXPECT_NEAR(length_of(rim), 2.0 * std::numbers::pi * of_circle, 0.04 * 2.0 * std::numbers::pi * of_circle)
+      << "a jagged line is longer";
+  EXPECT_LT(report["line_distance"]["mean"].get<double>(), 0.3);
+}
+
+TEST_F(Conforming, EdgesFollowLinesThatMeetInAPoint) {
+  // A ball in three sectors: an axis and three half circles, which meet at both poles, where four tissues do.
+  constexpr double radius = 13.0;
+  const TestMap map({34, 34, 34}, [](int i, int j, int k) {
+    const Vec3 p{i - 16.3, j - 16.6, k - 16.4};
+    if (length(p) >= radius) return 0;
+    const double angle = std::atan2(p.y + 0.3 * p.z, p.x + 0.2 * p.z) + std::numbers::pi;
+    return 1 + std::min(2, static_cast<int>(angle / (2.0 * std::numbers::pi / 3.0)));
+  });
+  write("sectors.nrrd", nrrd(map));
+  conforming("sectors.nrrd", {"--size", "4", "--relation", "slides"});
+  const std::array<TetMesh, 3> sectors{mesh("label-1"), mesh("label-2"), mesh("label-3")};
+  for (std::size_t s = 0; s < 3; ++s) {
+    const double length = length_of(rim_between(sectors[s], sectors[(s + 1) % 3]));
+    const double wanted = (2.0 + std::numbers::pi) * radius;
+    EXPECT_NEAR(length, wanted, 0.06 * wanted);
+  }
+}
+
+TEST_F(Conforming, LinesThatAreTooNearToEachOtherAreLeftOut) {
+  const TestMap map({20, 20, 20}, [](int i, int j, int k) {
+    if (std::min({i, j, k}) < 2 || std::max({i, j, k}) > 17) return 0;
+    const unsigned hash = (static_cast<unsigned>(i / 2) * 73856093U) ^
+                          (static_cast<unsigned>(j / 2) * 19349663U) ^
+                          (static_cast<unsigned>(k / 2) * 83492791U);
+    return 1 + static_cast<int>(hash / 7U % 4U);
+  });
+  write("noise.nrrd", nrrd(map));
+  const Json report = conforming("noise.nrrd", {"--size", "3"});
+  EXPECT_GT(report["closed_fraction"].get<double>(), 0.9);
+  double sum = 0.0;
+  for (const Json& tissue : report["tissues"]) sum += tissue["volume"].get<double>();
+  EXPECT_NEAR(sum, 16.0 * 16.0 * 16.0, 0.05 * 16.0 * 16.0 * 16.0);
+}
+
 TEST_F(Conforming, TheSameMapGivesTheSameBytes) {
   write("balls.seg.nrrd", named(balls()));
   conforming("balls.seg.nrrd", {"--size", "2.5"});

@@ -1,0 +1,199 @@
+#include "line_balls.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <functional>
+#include <map>
+#include <set>
+#include <utility>
+
+#include "geometry/box_tree.hpp"
+#include "geometry/vector.hpp"
+
+namespace palpate::app {
+namespace {
+
+/// Length of the edges on lines relative to the size of triangles there. Longer edges cut the curves of lines
+/// short, and their balls keep more of the interfaces free of points.
+constexpr double of_size = 0.5;
+/// Radius of a ball relative to the distance of its neighbours; above 0.5, so that their balls overlap.
+constexpr double of_distance = 0.55;
+constexpr double of_nearest = 0.9;    ///< largest radius relative to the distance of the nearest neighbour
+constexpr std::size_t least_run = 3;  ///< parts of lines with fewer points are left out
+
+/// A line between two junctions, or a closed one: then the first point of the graph is the last, too.
+using Chain = std::vector<std::size_t>;
+
+bool is_junction(const TissueLines& lines, std::size_t point) {
+  return lines.next[point].size() > 2;
+}
+
+std::vector<Chain> chains_of(const TissueLines& lines) {
+  std::vector<Chain> chains;
+  std::set<std::pair<std::size_t, std::size_t>> used;
+  const auto walk = [&](std::size_t from, std::size_t to) {
+    if (!used.insert(std::minmax(from, to)).second) return;
+    Chain chain{from, to};
+    while (to != chain.front() && !is_junction(lines, to)) {
+      const std::size_t onward = lines.next[to][0] == from ? lines.next[to][1] : lines.next[to][0];
+      used.insert(std::minmax(to, onward));
+      from = std::exchange(to, onward);
+      chain.push_back(to);
+    }
+    chains.push_back(std::move(chain));
+  };
+  for (const bool junctions : {true, false}) {  // closed lines without a junction are what is left
+    for (std::size_t p = 0; p < lines.points.size(); ++p) {
+      if (is_junction(lines, p) != junctions) continue;
+      for (const std::size_t q : lines.next[p]) walk(p, q);
+    }
+  }
+  return chains;
+}
+
+/// The points of a chain, each but junctions moved half way to the middle of its neighbours, because voxels
+/// make lines rough.
+std::vector<Vec3> smoothed(const TissueLines& lines, const Chain& chain) {
+  std::vector<Vec3> smooth;
+  smooth.reserve(chain.size());
+  for (std::size_t i = 0; i < chain.size(); ++i) {
+    Vec3 place = lines.points[chain[i]];
+    if (!is_junction(lines, chain[i])) {
+      const std::size_t before = i > 0 ? chain[i - 1] : chain[chain.size() - 2];
+      const std::size_t after = i + 1 < chain.size() ? chain[i + 1] : chain[1];
+      place = 0.5 * place + 0.25 * (lines.points[before] + lines.points[after]);
+    }
+    smooth.push_back(place);
+  }
+  return smooth;
+}
+
+/// Points on a line, ends included, whose distances along it are about `of_size` times the size.
+std::vector<Vec3> divided(const std::vector<Vec3>& line, const SizeField& size, std::size_t least_parts) {
+  std::vector<double> sum{0.0};  // of lengths relative to the wanted ones
+  for (std::size_t i = 1; i < line.size(); ++i) {
+    const double wanted = of_size * size(0.5 * (line[i] + line[i - 1]));
+    sum.push_back(sum.back() + length(line[i] - line[i - 1]) / wanted);
+  }
+  const auto parts = std::max(least_parts, static_cast<std::size_t>(std::lround(sum.back())));
+  std::vector<Vec3> points{line.front()};
+  std::size_t i = 1;
+  for (std::size_t n = 1; n < parts; ++n) {
+    const double wanted = sum.back() * static_cast<double>(n) / static_cast<double>(parts);
+    while (i + 1 < line.size() && sum[i] < wanted) ++i;
+    const double part = (wanted - sum[i - 1]) / (sum[i] - sum[i - 1]);
+    points.push_back(line[i - 1] + part * (line[i] - line[i - 1]));
+  }
+  points.push_back(line.back());
+  return points;
+}
+
+/// The points of all divided lines, and which of them a mesh can follow.
+class Placer {
+ public:
+  Placer(const TissueLines& lines, const SizeField& size) {
+    for (const Chain& chain : chains_of(lines)) add(lines, chain, size);
+    add_balls();
+    std::vector<Box> boxes(balls_.size());
+    for (std::size_t b = 0; b < balls_.size(); ++b) boxes[b] = box_of(balls_[b]);
+    const BoxTree tree(std::move(boxes));
+    std::ranges::stable_sort(runs_, std::greater<>{}, &Run::size);
+    for (const Run& run : runs_) choose(run, tree);
+  }
+
+  [[nodiscard]] std::vector<LineBall> chosen() const {
+    std::vector<LineBall> chosen;
+    for (std::size_t p = 0; p < balls_.size(); ++p) {
+      if (state_[p] == State::chosen) chosen.push_back(balls_[p]);
+    }
+    return chosen;
+  }
+
+ private:
+  using Run = std::vector<std::size_t>;  ///< consecutive points of a line
+  enum class State : char { open, tried, chosen, refused };
+
+  void add(const TissueLines& lines, const Chain& chain, const SizeField& size) {
+    constexpr std::size_t of_closed = 3;
+    const bool closed = chain.front() == chain.back();
+    const std::vector<Vec3> places = divided(smoothed(lines, chain), size, closed ? of_closed : 1);
+    Run run;
+    for (std::size_t i = 0; i + 1 < places.size(); ++i)
+      run.push_back(i == 0 ? end_at(chain.front(), places[i]) : added(places[i]));
+    run.push_back(closed ? run.front() : end_at(chain.back(), places.back()));
+    for (std::size_t i = 1; i < run.size(); ++i) {
+      next_[run[i]].push_back(run[i - 1]);
+      next_[run[i - 1]].push_back(run[i]);
+    }
+    runs_.push_back(std::move(run));
+  }
+  std::size_t end_at(std::size_t point, const Vec3& place) {
+    const auto [it, is_new] = ends_.try_emplace(point, balls_.size());
+    return is_new ? added(place) : it->second;
+  }
+  std::size_t added(const Vec3& place) {
+    balls_.push_back({place, 0.0});
+    next_.emplace_back();
+    return balls_.size() - 1;
+  }
+
+  void add_balls() {
+    state_.assign(balls_.size(), State::open);
+    for (std::size_t p = 0; p < balls_.size(); ++p) {
+      const auto distance = [&](std::size_t q) { return length(balls_[p].center - balls_[q].center); };
+      const auto [nearest, farthest] = std::ranges::minmax(next_[p], std::less<>{}, distance);
+      balls_[p].radius = std::min(of_distance * distance(farthest), of_nearest * distance(nearest));
+    }
+  }
+  static Box box_of(const LineBall& ball) {
+    const Vec3 r{ball.radius, ball.radius, ball.radius};
+    return {ball.center - r, ball.center + r};
+  }
+
+  /// Chooses the parts of a run that keep away from what was chosen before.
+  void choose(const Run& run, const BoxTree& tree) {
+    Run part;
+    const auto end_part = [&] {
+      const State end = part.size() < least_run ? State::refused : State::chosen;
+      for (const std::size_t p : part) {
+        if (state_[p] == State::tried) state_[p] = end;
+      }
+      part.clear();
+    };
+    for (const std::size_t p : run) {
+      if (state_[p] == State::open) state_[p] = is_free(p, tree) ? State::tried : State::refused;
+      if (state_[p] == State::refused) {
+        end_part();
+      } else {
+        part.push_back(p);
+      }
+    }
+    end_part();
+  }
+  [[nodiscard]] bool is_free(std::size_t p, const BoxTree& tree) const {
+    bool free = true;
+    tree.for_each_within(
+        box_of(balls_[p]), [] { return 0.0; },
+        [&](std::size_t q) {
+          if (q == p || state_[q] == State::open || state_[q] == State::refused) return;
+          if (std::ranges::find(next_[p], q) != next_[p].end()) return;
+          free = free && length(balls_[p].center - balls_[q].center) >= balls_[p].radius + balls_[q].radius;
+        });
+    return free;
+  }
+
+  std::vector<LineBall> balls_;
+  std::vector<std::vector<std::size_t>> next_;  ///< (n_balls) neighbours on lines
+  std::vector<State> state_;                    ///< (n_balls)
+  std::vector<Run> runs_;
+  std::map<std::size_t, std::size_t> ends_;  ///< the ball at the end of a chain, by its point of the graph
+};
+
+}  // namespace
+
+std::vector<LineBall> line_balls(const TissueLines& lines, const SizeField& size) {
+  return Placer(lines, size).chosen();
+}
+
+}  // namespace palpate::app

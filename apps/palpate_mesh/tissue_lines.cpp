@@ -1,0 +1,145 @@
+#include "tissue_lines.hpp"
+
+#include <array>
+#include <cstddef>
+#include <map>
+#include <set>
+
+#include "geometry/vector.hpp"
+#include "lattice.hpp"
+
+namespace palpate::app {
+namespace {
+
+using Corner = std::array<int, 3>;
+
+/// The six tets of a cell of the lattice that share its diagonal (Kuhn 1960). They fit those of the
+/// neighbours.
+constexpr std::array<std::array<Corner, 4>, 6> tets_of_cell{{{{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {1, 1, 1}}},
+                                                             {{{0, 0, 0}, {1, 0, 0}, {1, 0, 1}, {1, 1, 1}}},
+                                                             {{{0, 0, 0}, {0, 1, 0}, {1, 1, 0}, {1, 1, 1}}},
+                                                             {{{0, 0, 0}, {0, 1, 0}, {0, 1, 1}, {1, 1, 1}}},
+                                                             {{{0, 0, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}}},
+                                                             {{{0, 0, 0}, {0, 0, 1}, {0, 1, 1}, {1, 1, 1}}}}};
+
+bool all_differ(const std::array<int, 3>& t) {
+  return t[0] != t[1] && t[1] != t[2] && t[0] != t[2];
+}
+
+/// The point in a triangle where the three tissues of its corners meet: one of its four parts has all three
+/// again, as in Sperner's lemma.
+Vec3 meeting_point(const Tissues& tissues, std::array<Vec3, 3> p, std::array<int, 3> tissue) {
+  constexpr int rounds = 8;
+  for (int round = 0; round < rounds; ++round) {
+    const std::array<Vec3, 3> m{0.5 * (p[1] + p[2]), 0.5 * (p[2] + p[0]), 0.5 * (p[0] + p[1])};
+    const std::array<int, 3> at{tissues.at(m[0]), tissues.at(m[1]), tissues.at(m[2])};
+    if (all_differ({tissue[0], at[2], at[1]})) {
+      p = {p[0], m[2], m[1]};
+      tissue = {tissue[0], at[2], at[1]};
+    } else if (all_differ({at[2], tissue[1], at[0]})) {
+      p = {m[2], p[1], m[0]};
+      tissue = {at[2], tissue[1], at[0]};
+    } else if (all_differ({at[1], at[0], tissue[2]})) {
+      p = {m[1], m[0], p[2]};
+      tissue = {at[1], at[0], tissue[2]};
+    } else if (all_differ(at)) {
+      p = m;
+      tissue = at;
+    } else {
+      break;
+    }
+  }
+  return (1.0 / 3.0) * (p[0] + p[1] + p[2]);
+}
+
+/// Makes a point of the graph in each triangle of the lattice whose corners are of three tissues, and one in
+/// each tet of four tissues. A tet of three tissues has two such triangles, one of four tissues has four.
+class Tracer {
+ public:
+  explicit Tracer(const Tissues& tissues) : tissues_(&tissues) {
+    for (std::size_t a = 0; a < 3; ++a) size_[a] = tissues.size()[a] + 2;
+    at_.reserve(static_cast<std::size_t>(size_[0]) * static_cast<std::size_t>(size_[1]) *
+                static_cast<std::size_t>(size_[2]));
+    for_points(size_, [&](int i, int j, int k) { at_.push_back(tissues.at(place({i, j, k}))); });
+    for_points({size_[0] - 1, size_[1] - 1, size_[2] - 1}, [&](int i, int j, int k) {
+      std::set<int> found;
+      for_points({2, 2, 2}, [&](int x, int y, int z) { found.insert(at_[index({i + x, j + y, k + z})]); });
+      if (found.size() < 3) return;
+      for (const auto& tet : tets_of_cell) add(tet, {i, j, k});
+    });
+  }
+
+  TissueLines lines;
+
+ private:
+  [[nodiscard]] std::size_t index(const Corner& c) const {
+    const auto row =
+        static_cast<std::size_t>(c[2]) * static_cast<std::size_t>(size_[1]) + static_cast<std::size_t>(c[1]);
+    return row * static_cast<std::size_t>(size_[0]) + static_cast<std::size_t>(c[0]);
+  }
+  [[nodiscard]] Vec3 place(const Corner& c) const {
+    const Vec3& s = tissues_->spacing();
+    return {(c[0] - 1) * s.x, (c[1] - 1) * s.y, (c[2] - 1) * s.z};
+  }
+
+  void add(const std::array<Corner, 4>& tet, const Corner& cell) {
+    std::array<Corner, 4> corners{};
+    for (std::size_t c = 0; c < 4; ++c) {
+      for (std::size_t a = 0; a < 3; ++a) corners[c][a] = cell[a] + tet[c][a];
+    }
+    std::vector<std::size_t> crossed;
+    for (std::size_t without = 0; without < 4; ++without) {
+      std::array<Corner, 3> face{};
+      for (std::size_t c = 0, n = 0; c < 4; ++c) {
+        if (c != without) face[n++] = corners[c];
+      }
+      const std::array<int, 3> tissue{at_[index(face[0])], at_[index(face[1])], at_[index(face[2])]};
+      if (all_differ(tissue)) crossed.push_back(point_of(face, tissue));
+    }
+    if (crossed.size() == 2) connect(crossed[0], crossed[1]);
+    if (crossed.size() < 4) return;
+    Vec3 middle;
+    for (const std::size_t p : crossed) middle += 0.25 * lines.points[p];
+    const std::size_t junction = added(middle);
+    for (const std::size_t p : crossed) connect(junction, p);
+  }
+
+  std::size_t point_of(const std::array<Corner, 3>& face, const std::array<int, 3>& tissue) {
+    const auto [it, is_new] =
+        of_face_.try_emplace({index(face[0]), index(face[1]), index(face[2])}, lines.points.size());
+    if (is_new) added(meeting_point(*tissues_, {place(face[0]), place(face[1]), place(face[2])}, tissue));
+    return it->second;
+  }
+  std::size_t added(const Vec3& place) {
+    lines.points.push_back(place);
+    lines.next.emplace_back();
+    return lines.points.size() - 1;
+  }
+  void connect(std::size_t a, std::size_t b) {
+    lines.next[a].push_back(b);
+    lines.next[b].push_back(a);
+  }
+
+  const Tissues* tissues_;
+  std::array<int, 3> size_{};  ///< one voxel more than the map on each side
+  std::vector<int> at_;
+  std::map<std::array<std::size_t, 3>, std::size_t> of_face_;
+};
+
+}  // namespace
+
+TissueLines tissue_lines(const Tissues& tissues) {
+  return Tracer(tissues).lines;
+}
+
+std::vector<std::array<Vec3, 2>> segments_of(const TissueLines& lines) {
+  std::vector<std::array<Vec3, 2>> segments;
+  for (std::size_t p = 0; p < lines.points.size(); ++p) {
+    for (const std::size_t q : lines.next[p]) {
+      if (p < q) segments.push_back({lines.points[p], lines.points[q]});
+    }
+  }
+  return segments;
+}
+
+}  // namespace palpate::app
