@@ -27,6 +27,9 @@ constexpr double of_each_more = 1.6;
 /// Largest distance of triangles from the interface, relative to their size, and relative to a voxel.
 constexpr double size_fraction = 0.12;
 constexpr double distance_voxels = 1.0 / 3.0;
+/// Largest size by which lines where three tissues meet are divided, in voxels. With larger ones, pieces of
+/// few voxels beside the lines are lost.
+constexpr double line_voxels = 3.0;
 constexpr double default_tets = 55000.0;
 
 Tissues tissues_of(const NamedMap& map, const TissuePlan& plan, const Shaping& shaping) {
@@ -133,7 +136,8 @@ class ConformingMesher {
         of_thickness * (options_->fineness.tets > 0.0 ? scale_of(size) : std::min(scale_of(size), 1.0));
     sizes_ = size_field(tissues_, sizes, layers_);
     domain_.seeds = tissues_.seeds(size);
-    domain_.lines = line_balls(lines_, [&](const Vec3& p) { return sizes_(p); });
+    const double longest = line_voxels * voxel() * scale_of(size);
+    domain_.lines = line_balls(lines_, [&](const Vec3& p) { return std::min(sizes_(p), longest); });
     const Fineness& fineness = options_->fineness;
     const MeshingCriteria criteria{
         .facet_size = [&](const Vec3& p) { return sizes_(p); },
@@ -152,9 +156,12 @@ class ConformingMesher {
     ++made_.meshings;
   }
 
-  [[nodiscard]] double distance(const Vec3& p) const {
+  [[nodiscard]] double voxel() const {
     const Vec3& s = tissues_.spacing();
-    const double most = distance_voxels * std::cbrt(s.x * s.y * s.z) * scale_of(made_.size);
+    return std::cbrt(s.x * s.y * s.z);
+  }
+  [[nodiscard]] double distance(const Vec3& p) const {
+    const double most = distance_voxels * voxel() * scale_of(made_.size);
     return std::min(size_fraction * sizes_(p), most);
   }
 
@@ -168,8 +175,7 @@ class ConformingMesher {
     constexpr double wide =
         3.0;  // relative to tets that fill the volume evenly, since most tets are in layers
     constexpr double tets_in_a_cube = 6.0;
-    const Vec3& s = tissues_.spacing();
-    first_size_ = wide * std::cbrt(voxels_ * s.x * s.y * s.z * tets_in_a_cube / tets);
+    first_size_ = wide * voxel() * std::cbrt(voxels_ * tets_in_a_cube / tets);
     SizeSearch tried;
     double size = first_size_;
     double best_size = size;

@@ -18,7 +18,7 @@ namespace {
 /// short, and their balls keep more of the interfaces free of points.
 constexpr double of_size = 0.5;
 /// Radius of a ball relative to the distance of its neighbours; above 0.5, so that their balls overlap.
-constexpr double of_distance = 0.55;
+constexpr double of_distance = 0.6;
 constexpr double of_nearest = 0.9;    ///< largest radius relative to the distance of the nearest neighbour
 constexpr std::size_t least_run = 3;  ///< parts of lines with fewer points are left out
 
@@ -50,23 +50,6 @@ std::vector<Chain> chains_of(const TissueLines& lines) {
     }
   }
   return chains;
-}
-
-/// The points of a chain, each but junctions moved half way to the middle of its neighbours, because voxels
-/// make lines rough.
-std::vector<Vec3> smoothed(const TissueLines& lines, const Chain& chain) {
-  std::vector<Vec3> smooth;
-  smooth.reserve(chain.size());
-  for (std::size_t i = 0; i < chain.size(); ++i) {
-    Vec3 place = lines.points[chain[i]];
-    if (!is_junction(lines, chain[i])) {
-      const std::size_t before = i > 0 ? chain[i - 1] : chain[chain.size() - 2];
-      const std::size_t after = i + 1 < chain.size() ? chain[i + 1] : chain[1];
-      place = 0.5 * place + 0.25 * (lines.points[before] + lines.points[after]);
-    }
-    smooth.push_back(place);
-  }
-  return smooth;
 }
 
 /// Points on a line, ends included, whose distances along it are about `of_size` times the size.
@@ -117,7 +100,10 @@ class Placer {
   void add(const TissueLines& lines, const Chain& chain, const SizeField& size) {
     constexpr std::size_t of_closed = 3;
     const bool closed = chain.front() == chain.back();
-    const std::vector<Vec3> places = divided(smoothed(lines, chain), size, closed ? of_closed : 1);
+    std::vector<Vec3> line;
+    line.reserve(chain.size());
+    for (const std::size_t p : chain) line.push_back(lines.points[p]);
+    const std::vector<Vec3> places = divided(line, size, closed ? of_closed : 1);
     Run run;
     for (std::size_t i = 0; i + 1 < places.size(); ++i)
       run.push_back(i == 0 ? end_at(chain.front(), places[i]) : added(places[i]));

@@ -21,8 +21,8 @@ namespace {
 constexpr std::array<double Vec3::*, 3> component{&Vec3::x, &Vec3::y, &Vec3::z};
 constexpr double samples_per_voxel = 2.0;  // along each axis
 constexpr double wanted_angle = 10.0;      // degrees; no dihedral angle falls below it, or below what it was
-constexpr double reach = 1.0;              // how far a point may move from where it was, in voxels
-constexpr double reach_on_line = 0.5;      // the same for points on lines where three tissues meet
+constexpr double reach = 0.45;             // how far a point may move from where it was, in voxels
+constexpr double reach_on_line = 0.25;     // the same for points on lines where three tissues meet
 constexpr int most_rounds = 4;
 
 /// The tissues at samples in a box. Sample n of an axis is at (n + 0.5) times the spacing.
@@ -182,7 +182,7 @@ class Fitter {
   }
 
   bool improve(std::size_t point) {
-    constexpr std::array<double, 3> steps{0.4, 0.2, 0.1};  // voxels
+    constexpr std::array<double, 3> steps{0.3, 0.15, 0.075};  // voxels
     Box box;
     for (const std::size_t t : at_point_[point]) {
       for (const Vec3& corner : corners(t)) box.extend(corner);
