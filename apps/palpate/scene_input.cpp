@@ -48,18 +48,23 @@ bool begins_as_a_scene(const std::filesystem::path& path) {
   return (file >> first) && (first == '{' || first == '/');
 }
 
-/// Throws BadInput for files of other kinds (surfaces, label maps), with the command that converts them.
+/// Throws BadInput for surfaces and label maps, with the command that makes meshes of them.
+/// \param expected  what is wanted in place of the file
+void refuse_what_is_to_be_meshed(const std::filesystem::path& path, const std::string& expected) {
+  const bool surface = is_surface(path);
+  if (!surface && !is_label_map(path)) return;
+  throw BadInput(path.string(), "", surface ? "a surface" : "a label map",
+                 expected + "; make one, with its meshes, with: palpate mesh " + path_word(path.string()));
+}
+
+/// Throws BadInput for files of other kinds (meshes, surfaces, label maps), with the command that converts
+/// them.
 void refuse_other_kinds(const std::filesystem::path& path) {
   if (is_mesh(path)) {
     throw BadInput(path.string(), "", "a mesh file",
                    "a scene file (.json); make one with: palpate new " + path_word(path.string()));
   }
-  const bool surface = is_surface(path);
-  if (surface || is_label_map(path)) {
-    throw BadInput(
-        path.string(), "", surface ? "a surface" : "a label map",
-        "a scene file (.json); make one, with its meshes, with: palpate mesh " + path_word(path.string()));
-  }
+  refuse_what_is_to_be_meshed(path, "a scene file (.json)");
 }
 
 /// All of standard input. Relative paths in it are relative to the current folder.
@@ -111,6 +116,7 @@ bool is_scene(const std::filesystem::path& path) {
   const std::string extension = lower_extension(path);
   if (extension == ".json" || path == "-") return true;
   if (is_mesh(path)) return false;
+  refuse_what_is_to_be_meshed(path, "a scene or a tet mesh");
   std::vector<std::string_view> known{".json"};
   known.insert(known.end(), io::mesh_extensions().begin(), io::mesh_extensions().end());
   throw BadInput(path.string(), "", extension.empty() ? "no extension" : "the extension " + extension,

@@ -105,8 +105,7 @@ class ConformingMesher {
     } else {
       search(fineness.tets > 0.0 ? fineness.tets : default_tets);
     }
-    if (made_.mesh.mesh.tets.empty())
-      throw Error("meshing", "", "no tet at this size", "a smaller --size, or more --tets");
+    if (made_.mesh.mesh.tets.empty()) fail_empty();
     repair_slivers(made_.mesh,
                    {.reach = [&](const Vec3& p) { return distance(p); }, .check = progress_->check});
     fit_interfaces(made_.mesh, tissues_, progress_->check);
@@ -135,7 +134,6 @@ class ConformingMesher {
     sizes.of_thickness =
         of_thickness * (options_->fineness.tets > 0.0 ? scale_of(size) : std::min(scale_of(size), 1.0));
     sizes_ = size_field(tissues_, sizes, layers_);
-    domain_.seeds = tissues_.seeds(size);
     const double longest = line_voxels * voxel() * scale_of(size);
     domain_.lines = line_balls(lines_, [&](const Vec3& p) { return std::min(sizes_(p), longest); });
     const Fineness& fineness = options_->fineness;
@@ -147,13 +145,31 @@ class ConformingMesher {
         .manifold = false,
         .wanted = wanted,
         .check = progress_->check};
-    auto found = mesh_domain(domain_, criteria);
+    // A thin sheet may need more seeds than its size asks for, since CGAL may find no triangle to start with.
+    constexpr std::array<double, 5> seeds_apart{1.0, 0.5, 0.25, 0.125, 0.0625};  // sizes
+    std::optional<LabelledMesh> found;
+    for (const double apart : seeds_apart) {
+      domain_.seeds = tissues_.seeds(apart * size);
+      found = mesh_domain(domain_, criteria);
+      if (!found || !found->mesh.tets.empty()) break;
+    }
     if (!found) {
       throw Error("meshing", "", fmt::format("more than {} points", fineness.max_points),
                   "a larger --size, fewer --tets, or more --max-points");
     }
     made_.mesh = std::move(*found);
     ++made_.meshings;
+  }
+
+  [[noreturn]] void fail_empty() const {
+    const auto thinnest = std::ranges::min_element(sizes_.values) - sizes_.values.begin();
+    std::size_t tissue = 0;
+    for (std::size_t t = 0; t < plan_->names.size(); ++t) {
+      if (tissues_.voxels()[static_cast<std::size_t>(thinnest)] == t + 1) tissue = t;
+    }
+    throw Error(plan_->names[tissue], "",
+                fmt::format("no tet at size {:.3g} mm", sizes_.values[static_cast<std::size_t>(thinnest)]),
+                "a smaller --size, or more --tets");
   }
 
   [[nodiscard]] double voxel() const {
@@ -171,6 +187,7 @@ class ConformingMesher {
   void search(double tets) {
     constexpr double lost_as_slivers = 1.04;
     constexpr double near = 0.03;
+    constexpr double much_finer = -2.0;
     constexpr int most = 6;
     constexpr double wide =
         3.0;  // relative to tets that fill the volume evenly, since most tets are in layers
@@ -184,7 +201,8 @@ class ConformingMesher {
       double off = 0.0;
       bool taken = false;
       mesh(size, [&](std::size_t count) {
-        off = std::log(static_cast<double>(count) / (lost_as_slivers * tets));
+        off = std::log(std::max(static_cast<double>(count), 1.0) / (lost_as_slivers * tets));
+        off = std::max(off, much_finer);  // a mesh with holes says little about its number of tets
         return taken = std::abs(off) <= near;
       });
       if (taken) return;

@@ -73,9 +73,25 @@ itk::ImageIOBase::Pointer reader_of(const fs::path& path) {
 }
 
 /// The first line of ITK's message, without the place in its sources.
+/// The last cause in a message of the NRRD library, and the field of the header that it names. The library
+/// lists its functions from the outermost to the one that failed, a line each: "[nrrd] name: words".
+std::string nrrd_message(const std::string& text) {
+  constexpr std::string_view mark = "[nrrd] ";
+  constexpr std::string_view parsing = "trouble parsing ";
+  std::string cause = text.substr(text.rfind(mark) + mark.size());
+  if (const auto name = cause.find(": "); name != std::string::npos) cause.erase(0, name + 2);
+  cause.erase(cause.find_last_not_of(" .!") + 1);
+  const auto begin = text.find(parsing);
+  const auto end = text.find(" info |", begin);
+  if (begin == std::string::npos || end == std::string::npos) return fmt::format("damaged data ({})", cause);
+  const auto from = begin + parsing.size();
+  return fmt::format("'{}' that cannot be read ({})", text.substr(from, end - from), cause);
+}
+
 std::string short_message(const itk::ExceptionObject& error) {
   std::string text = error.GetDescription();
   std::ranges::replace(text, '\n', ' ');
+  if (text.find("[nrrd] ") != std::string::npos) return nrrd_message(text);
   // An address as in "itk::ERROR: NrrdImageIO(0x558cf5b8a2d0): " is of no use in a message.
   if (const auto place = text.find("): "); text.find("(0x") < place && place != std::string::npos)
     text.erase(0, place + 3);

@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <string>
 
 #include "io/text_scanner.hpp"
@@ -62,6 +63,7 @@ PolygonFile read_off(const std::string& source, std::string_view bytes) {
     for (Index corner = 0; corner < corners; ++corner) polygon.push_back(text.point_index(0, points));
     text.skip_line();  // its colour
   }
+  if (!text.at_end()) text.fail(fmt::format("the end of the file after {} polygons", polygons));
   return file;
 }
 

@@ -321,6 +321,24 @@ TEST_F(Conforming, TheEyeOfOurShapesRuns) {
   EXPECT_EQ(Json::parse(read("results/eye/run.json"))["bodies"].size(), 9U);
 }
 
+TEST_F(Conforming, ALayerOfOneVoxelWithoutNeighboursIsMeshedOrNamed) {
+  const TestMap map({24, 24, 24}, [](int i, int j, int k) {
+    return k == 12 && i > 2 && i < 21 && j > 2 && j < 21 ? 1 : 0;
+  });
+  write("sheet.nrrd", nrrd(map));
+  for (const std::vector<std::string>& flags :
+       {std::vector<std::string>{"--size", "10"}, {"--tets", "3000"}}) {
+    const Json report = conforming("sheet.nrrd", flags);
+    EXPECT_EQ(report["tissues"][0]["lost_voxels"], 0);
+    EXPECT_EQ(euler(surface_of(mesh("label-1"))), 2) << "a sheet without holes";
+    if (flags[0] == "--tets") {
+      EXPECT_NEAR(report["tets"].get<double>(), 3000, 300);
+    }
+  }
+  expect_error(2, {"mesh", "sheet.nrrd", "--conforming", "--quiet", "--size", "100"},
+               {"label 1: found no tet at size 1.2 mm", "a smaller --size"});
+}
+
 TEST_F(Conforming, WarnsOfLabelsThatAreCutOrScattered) {
   const TestMap map({14, 14, 14}, [](int i, int j, int k) {
     if (i == 11 && j == 11 && k == 11) return 2;

@@ -132,6 +132,21 @@ TEST_F(MeshRefusals, Surfaces) {
   refuse({"offsets.vtp"}, {"offsets.vtp: offsets, number 1: found 2", "3 or more"});
 }
 
+TEST_F(MeshRefusals, DamagedNrrdInShortWords) {  // the library's own message is of ten lines
+  const std::string head = "NRRD0004\ntype: unsigned char\ndimension: 3\n";
+  const std::string data = "encoding: ascii\n\n1 1 1 1 1 1 1 1\n";
+  write("sizes.nrrd", head + "sizes: 2 2\n" + data);
+  refuse({"sizes.nrrd"},
+         {"sizes.nrrd: found 'sizes' that cannot be read (parsed 2 values, but dimension is 3), "});
+  write("axes.nrrd", head +
+                         "space: left-posterior-superior\nsizes: 2 2 2\nspace directions: (nan,0,0) (0,1,0) "
+                         "(0,0,1)\n" +
+                         data);
+  refuse({"axes.nrrd"}, {"axes.nrrd: found 'space directions' that cannot be read ("});
+  write("cut.nrrd", head + "sizes: 2 2 2\nencoding: ascii\n\n1 1 1");
+  refuse({"cut.nrrd"}, {"cut.nrrd: found damaged data (couldn't parse element 4 of 8), "});
+}
+
 TEST_F(MeshRefusals, DamagedOffAndVtk) {
   const std::string off = "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
   const auto bad = [&](const std::string& name, const std::string& text,
@@ -144,6 +159,8 @@ TEST_F(MeshRefusals, DamagedOffAndVtk) {
       {"points.off: line 2: found \"999999999\"", "the number of points"});
   bad("corner.off", off.substr(0, off.size() - 2) + "3\n",
       {"corner.off: line 6: found point number 3", "0 to 2"});
+  bad("more.off", off + "3 0 2 1\n",
+      {"more.off: line 7: found \"3\"", "the end of the file after 1 polygons"});
   bad("corners.off", "OFF\n1 1 0\n0 0 0\n99999 0\n", {"corners.off: line 4: found \"99999\""});
   bad("four.off", "4OFF\n3 1 0\n", {"four.off: line 1", "three coordinates"});
   bad("binary.off", "OFF BINARY\n3 1 0\n", {"binary.off: line 1", "in text"});
