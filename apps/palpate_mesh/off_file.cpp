@@ -63,7 +63,10 @@ PolygonFile read_off(const std::string& source, std::string_view bytes) {
     for (Index corner = 0; corner < corners; ++corner) polygon.push_back(text.point_index(0, points));
     text.skip_line();  // its colour
   }
-  if (!text.at_end()) text.fail(fmt::format("the end of the file after {} polygons", polygons));
+  if (!text.at_end()) {
+    text.word("");
+    text.fail(fmt::format("the end of the file after {} polygons", polygons));
+  }
   return file;
 }
 
