@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <functional>
+#include <limits>
 #include <map>
 #include <set>
 #include <utility>
@@ -19,7 +20,9 @@ namespace {
 constexpr double of_size = 0.5;
 /// Radius of a ball relative to the distance of its neighbours; above 0.5, so that their balls overlap.
 constexpr double of_distance = 0.6;
-constexpr double of_nearest = 0.9;    ///< largest radius relative to the distance of the nearest neighbour
+constexpr double of_nearest = 0.9;  ///< largest radius relative to the distance of the nearest neighbour
+/// Least distance of neighbours relative to the wanted length: junctions may be as near as they like.
+constexpr double least_length = 0.5;
 constexpr std::size_t least_run = 3;  ///< parts of lines with fewer points are left out
 
 /// A line between two junctions, or a closed one: then the first point of the graph is the last, too.
@@ -52,14 +55,17 @@ std::vector<Chain> chains_of(const TissueLines& lines) {
   return chains;
 }
 
-/// Points on a line, ends included, whose distances along it are about `of_size` times the size.
-std::vector<Vec3> divided(const std::vector<Vec3>& line, const SizeField& size, std::size_t least_parts) {
+/// Points on a line, ends included, whose distances along it are about `of_size` times the size; none on a
+/// closed line that is shorter than three times that.
+std::vector<Vec3> divided(const std::vector<Vec3>& line, const SizeField& size, bool closed) {
+  constexpr std::size_t least_of_closed = 3;
   std::vector<double> sum{0.0};  // of lengths relative to the wanted ones
   for (std::size_t i = 1; i < line.size(); ++i) {
     const double wanted = of_size * size(0.5 * (line[i] + line[i - 1]));
     sum.push_back(sum.back() + length(line[i] - line[i - 1]) / wanted);
   }
-  const auto parts = std::max(least_parts, static_cast<std::size_t>(std::lround(sum.back())));
+  const auto parts = std::max(std::size_t{1}, static_cast<std::size_t>(std::lround(sum.back())));
+  if (closed && parts < least_of_closed) return {};
   std::vector<Vec3> points{line.front()};
   std::size_t i = 1;
   for (std::size_t n = 1; n < parts; ++n) {
@@ -77,7 +83,7 @@ class Placer {
  public:
   Placer(const TissueLines& lines, const SizeField& size) {
     for (const Chain& chain : chains_of(lines)) add(lines, chain, size);
-    add_balls();
+    add_balls(size);
     std::vector<Box> boxes(balls_.size());
     for (std::size_t b = 0; b < balls_.size(); ++b) boxes[b] = box_of(balls_[b]);
     const BoxTree tree(std::move(boxes));
@@ -98,12 +104,12 @@ class Placer {
   enum class State : char { open, tried, chosen, refused };
 
   void add(const TissueLines& lines, const Chain& chain, const SizeField& size) {
-    constexpr std::size_t of_closed = 3;
     const bool closed = chain.front() == chain.back();
     std::vector<Vec3> line;
     line.reserve(chain.size());
     for (const std::size_t p : chain) line.push_back(lines.points[p]);
-    const std::vector<Vec3> places = divided(line, size, closed ? of_closed : 1);
+    const std::vector<Vec3> places = divided(line, size, closed);
+    if (places.empty()) return;
     Run run;
     for (std::size_t i = 0; i + 1 < places.size(); ++i)
       run.push_back(i == 0 ? end_at(chain.front(), places[i]) : added(places[i]));
@@ -124,12 +130,18 @@ class Placer {
     return balls_.size() - 1;
   }
 
-  void add_balls() {
+  void add_balls(const SizeField& size) {
     state_.assign(balls_.size(), State::open);
     for (std::size_t p = 0; p < balls_.size(); ++p) {
-      const auto distance = [&](std::size_t q) { return length(balls_[p].center - balls_[q].center); };
-      const auto [nearest, farthest] = std::ranges::minmax(next_[p], std::less<>{}, distance);
-      balls_[p].radius = std::min(of_distance * distance(farthest), of_nearest * distance(nearest));
+      least_.push_back(least_length * of_size * size(balls_[p].center));
+      double nearest = std::numeric_limits<double>::infinity();
+      double farthest = 0.0;
+      for (const std::size_t q : next_[p]) {
+        const double distance = length(balls_[p].center - balls_[q].center);
+        farthest = std::max(farthest, distance);
+        if (distance >= least_[p]) nearest = std::min(nearest, distance);
+      }
+      balls_[p].radius = std::min(of_distance * farthest, of_nearest * nearest);
     }
   }
   static Box box_of(const LineBall& ball) {
@@ -163,14 +175,16 @@ class Placer {
         box_of(balls_[p]), [] { return 0.0; },
         [&](std::size_t q) {
           if (q == p || state_[q] == State::open || state_[q] == State::refused) return;
-          if (std::ranges::find(next_[p], q) != next_[p].end()) return;
-          free = free && length(balls_[p].center - balls_[q].center) >= balls_[p].radius + balls_[q].radius;
+          const bool joined = std::ranges::find(next_[p], q) != next_[p].end();
+          const double least = joined ? least_[p] : balls_[p].radius + balls_[q].radius;
+          free = free && length(balls_[p].center - balls_[q].center) >= least;
         });
     return free;
   }
 
   std::vector<LineBall> balls_;
   std::vector<std::vector<std::size_t>> next_;  ///< (n_balls) neighbours on lines
+  std::vector<double> least_;                   ///< (n_balls) least distance of neighbours
   std::vector<State> state_;                    ///< (n_balls)
   std::vector<Run> runs_;
   std::map<std::size_t, std::size_t> ends_;  ///< the ball at the end of a chain, by its point of the graph

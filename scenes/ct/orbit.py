@@ -68,5 +68,5 @@ def make(source, folder, write_mesh):
     x, y, *radii = FRAGMENT
     for shape in ("bent", "flat"):
         write_mesh(folder / f"plate-{shape}.mesh", *plates.plate(floor, shape, (x, y), np.array(radii) - GAP))
-    return ["--conforming", "--tets", "30000", "--rigid", "bone", "--rigid", "floor", "--rigid", "fragment", "--relation",
+    return ["--conforming", "--tets", "31000", "--rigid", "bone", "--rigid", "floor", "--rigid", "fragment", "--relation",
             "fat:floor=slides", "--relation", "fat:fragment=slides"]

@@ -280,6 +280,16 @@ TEST_F(Conforming, LinesThatAreTooNearToEachOtherAreLeftOut) {
   write("noise.nrrd", nrrd(map));
   const Json report = conforming("noise.nrrd", {"--size", "3"});
   EXPECT_GT(report["closed_fraction"].get<double>(), 0.9);
+  const TetMesh tissues = mesh("tissues");
+  double shortest = 1.0;
+  for (const Tet& t : tissues.tets) {
+    for (std::size_t c = 0; c < 4; ++c) {
+      const auto& [a, b] = std::pair(tissues.points[static_cast<std::size_t>(t[c])],
+                                     tissues.points[static_cast<std::size_t>(t[(c + 1) % 4])]);
+      shortest = std::min(shortest, length(b - a));
+    }
+  }
+  EXPECT_GT(shortest, 0.1) << "ends of lines that nearly touch";
   double sum = 0.0;
   for (const Json& tissue : report["tissues"]) sum += tissue["volume"].get<double>();
   EXPECT_NEAR(sum, 16.0 * 16.0 * 16.0, 0.05 * 16.0 * 16.0 * 16.0);
