@@ -49,7 +49,7 @@ bool begins_as_a_scene(const std::filesystem::path& path) {
 }
 
 /// Throws BadInput for surfaces and label maps, with the command that makes meshes of them.
-/// \param expected  what is wanted in place of the file
+/// \param expected  what is wanted instead of the file
 void refuse_what_is_to_be_meshed(const std::filesystem::path& path, const std::string& expected) {
   const bool surface = is_surface(path);
   if (!surface && !is_label_map(path)) return;

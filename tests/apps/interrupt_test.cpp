@@ -118,7 +118,7 @@ TEST_F(Interrupt, TheSecondSignalKillsAtOnce) {
 TEST_F(Interrupt, SignalsThatComeTogetherAreOneRequest) {  // as timeout(1) sends them
   Process run(endless_, folder_.path());
   wait_for_rows(2);
-  // A stopped process gets all of them at once when it goes on, however busy the machine is.
+  // A stopped process gets all of them at once when it continues, however busy the machine is.
   for (const int signal : {SIGSTOP, SIGINT, SIGTERM, SIGCONT}) run.send(signal);
   const Finished finished = run.wait();
   EXPECT_EQ(finished.exit_code, 1) << finished.err;
