@@ -21,7 +21,7 @@ constexpr double of_size = 0.5;
 /// Radius of a ball relative to the distance of its neighbours; above 0.5, so that their balls overlap.
 constexpr double of_distance = 0.6;
 constexpr double of_nearest = 0.9;  ///< largest radius relative to the distance of the nearest neighbour
-/// Least distance of neighbours relative to the wanted length: junctions may be as near as they like.
+/// Least distance of neighbours relative to the wanted length. Junctions of lines may be nearer.
 constexpr double least_length = 0.5;
 constexpr std::size_t least_run = 3;  ///< parts of lines with fewer points are left out
 

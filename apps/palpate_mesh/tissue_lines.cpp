@@ -11,6 +11,8 @@
 namespace palpate::app {
 namespace {
 
+constexpr int margin = 3;  // voxels around the map; there is no tissue at their end, so no line ends there
+
 using Corner = std::array<int, 3>;
 
 /// The six tets of a cell of the lattice that share its diagonal (Kuhn 1960). They fit those of the
@@ -57,7 +59,7 @@ Vec3 meeting_point(const Tissues& tissues, std::array<Vec3, 3> p, std::array<int
 class Tracer {
  public:
   explicit Tracer(const Tissues& tissues) : tissues_(&tissues) {
-    for (std::size_t a = 0; a < 3; ++a) size_[a] = tissues.size()[a] + 2;
+    for (std::size_t a = 0; a < 3; ++a) size_[a] = tissues.size()[a] + 2 * margin;
     at_.reserve(static_cast<std::size_t>(size_[0]) * static_cast<std::size_t>(size_[1]) *
                 static_cast<std::size_t>(size_[2]));
     for_points(size_, [&](int i, int j, int k) { at_.push_back(tissues.at(place({i, j, k}))); });
@@ -79,7 +81,7 @@ class Tracer {
   }
   [[nodiscard]] Vec3 place(const Corner& c) const {
     const Vec3& s = tissues_->spacing();
-    return {(c[0] - 1) * s.x, (c[1] - 1) * s.y, (c[2] - 1) * s.z};
+    return {(c[0] - margin) * s.x, (c[1] - margin) * s.y, (c[2] - margin) * s.z};
   }
 
   void add(const std::array<Corner, 4>& tet, const Corner& cell) {
@@ -121,7 +123,7 @@ class Tracer {
   }
 
   const Tissues* tissues_;
-  std::array<int, 3> size_{};  ///< one voxel more than the map on each side
+  std::array<int, 3> size_{};  ///< of the lattice of voxel centres, and a margin around the map
   std::vector<int> at_;
   std::map<std::array<std::size_t, 3>, std::size_t> of_face_;
 };

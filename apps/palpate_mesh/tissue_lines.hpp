@@ -16,7 +16,7 @@ struct TissueLines {
   std::vector<std::vector<std::size_t>> next;  ///< (n_points), neighbours: two, or four at a junction
 };
 
-/// Finds the lines in the tissues at the voxel centres and one voxel around them. The same map gives the same
+/// Finds the lines in the tissues at the voxel centres and around them. The same map gives the same
 /// lines. O(voxels).
 TissueLines tissue_lines(const Tissues& tissues);
 
