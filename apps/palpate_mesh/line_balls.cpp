@@ -29,7 +29,7 @@ constexpr std::size_t least_run = 3;  ///< parts of lines with fewer points are 
 using Chain = std::vector<std::size_t>;
 
 bool is_junction(const TissueLines& lines, std::size_t point) {
-  return lines.next[point].size() > 2;
+  return lines.next[point].size() != 2;
 }
 
 std::vector<Chain> chains_of(const TissueLines& lines) {
