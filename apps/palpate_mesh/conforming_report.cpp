@@ -1,6 +1,7 @@
 #include "conforming_report.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <fmt/format.h>
 #include <utility>
 
@@ -85,6 +86,7 @@ std::vector<std::size_t> focuses_outside(const ConformingMesh& made, const Tissu
 std::vector<std::string> warnings_of(const ConformingMesh& made, const TissuePlan& plan) {
   constexpr double similar = 0.95;
   constexpr double flat = 8.0;
+  constexpr double off = 0.1;
   constexpr double closed = 0.99;
   std::vector<std::string> warnings;
   for (std::size_t t = 0; t < plan.names.size(); ++t) {
@@ -100,6 +102,10 @@ std::vector<std::string> warnings_of(const ConformingMesh& made, const TissuePla
     if (match.dice < similar) {
       warnings.push_back(
           fmt::format("{}: Dice {:.3f}: use a smaller size for it", plan.names[t], match.dice));
+    }
+    if (std::abs(match.volume / match.map_volume - 1.0) > off) {
+      warnings.push_back(fmt::format("{}: {:.1f} % of the volume of its voxels: use a smaller size for it",
+                                     plan.names[t], 100.0 * match.volume / match.map_volume));
     }
     if (match.least_angle < flat)
       warnings.push_back(fmt::format("{}: flat tets, {:.1f} degrees", plan.names[t], match.least_angle));

@@ -371,6 +371,22 @@ TEST_F(Conforming, WarnsWhereTheNumberOfTetsIsMissed) {
             std::string::npos);
 }
 
+TEST_F(Conforming, WarnsOfATissueThatLosesVolume) {
+  const TestMap map({30, 30, 30}, [](int i, int j, int k) {  // a rod on the interface of two blocks
+    if (std::min({i, j, k}) < 3 || std::max({i, j, k}) > 26) return 0;
+    if ((i == 14 || i == 15) && (j == 14 || j == 15)) return 3;
+    return i < 15 ? 1 : 2;
+  });
+  write("rod.nrrd", nrrd(map));
+  for (const std::string size : {"2", "3"}) {
+    const Json report = conforming("rod.nrrd", {"--size", size});
+    const Json& rod = report["tissues"][2];
+    const double part = rod["volume"].get<double>() / rod["input_volume"].get<double>();
+    const bool warned = report["warnings"].dump().find("% of the volume of its voxels") != std::string::npos;
+    EXPECT_EQ(warned, std::abs(part - 1.0) > 0.1) << part;
+  }
+}
+
 TEST_F(Conforming, WarnsOfAFocusOutsideOfTheTissues) {
   write("balls.seg.nrrd", named(balls()));
   const auto warnings = [&](const std::string& focus) {
