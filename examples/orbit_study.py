@@ -27,7 +27,7 @@ PLATE = ["--size", "18,20", "--thickness", 0.5]  # mm; as in the scene
 SHAPES = {"bent": [], "flat": ["--flat"]}
 PLACES = {"planned": (-2.0, 7.0), "4 mm forward": (-2.0, 3.0), "4 mm lateral": (2.0, 7.0)}
 RISES = {"planned": 0.0, "1 mm higher": 1.0, "1 mm lower": -1.0}  # mm, of the plates of the CT: they fit into the hole, and reach no other place
-TETS = {"synthetic": {"coarse": 12000, "middle": 24000, "fine": 48000, "finest": 96000},
+TETS = {"synthetic": {"coarse": 12500, "middle": 25000, "fine": 50000, "finest": 100000},
         "ct": {"coarse": 15000, "middle": 31000, "fine": 60000, "finest": 120000}}  # of all tissues
 LAST = {"synthetic": "release", "ct": "repair"}  # the stage after which the repair is judged
 OFF = ("globe_off", "globe off its place, mm", 1, 0.05)  # column, label, factor of its unit, least end of its axis

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <limits>
 #include <optional>
+#include <string>
 #include <utility>
 
 #include <palpate/error.hpp>
@@ -161,15 +162,18 @@ class ConformingMesher {
     ++made_.meshings;
   }
 
+  /// Names the tissue that has the smallest size.
   [[noreturn]] void fail_empty() const {
-    const auto thinnest = std::ranges::min_element(sizes_.values) - sizes_.values.begin();
-    std::size_t tissue = 0;
-    for (std::size_t t = 0; t < plan_->names.size(); ++t) {
-      if (tissues_.voxels()[static_cast<std::size_t>(thinnest)] == t + 1) tissue = t;
+    double least = std::numeric_limits<double>::infinity();
+    std::string name;
+    for (std::size_t v = 0; v < sizes_.values.size(); ++v) {
+      const auto size = static_cast<double>(sizes_.values[v]);
+      const std::size_t tissue = tissues_.voxels()[v];
+      if (tissue == 0 || size >= least) continue;
+      least = size;
+      name = plan_->names[tissue - 1];
     }
-    throw Error(plan_->names[tissue], "",
-                fmt::format("no tet at size {:.3g} mm", sizes_.values[static_cast<std::size_t>(thinnest)]),
-                "a smaller --size, or more --tets");
+    throw Error(name, "", fmt::format("no tet at size {:.3g} mm", least), "a smaller --size, or more --tets");
   }
 
   [[nodiscard]] double voxel() const {

@@ -147,12 +147,15 @@ std::string text_of(const ConformingMesh& made, const TissuePlan& plan) {
                         1e-3 * match.volume, 100.0 * match.volume / match.map_volume, match.dice,
                         match.distance.mean, match.distance.percentile_95);
   }
-  return text +
-         fmt::format(
-             "{:.2f} % of the area where organs touch is closed; sizes {} to {} mm\n"
-             "lines where three meet: {:.2f} mm from those of the labels (mean), 95 % within {:.2f} mm\n",
-             100.0 * closed_fraction(made, plan), short_text(made.least_size), short_text(made.size),
-             made.comparison.lines.mean, made.comparison.lines.percentile_95);
+  text +=
+      fmt::format("{:.2f} % of the area where organs touch is closed; sizes {} to {} mm\n",
+                  100.0 * closed_fraction(made, plan), short_text(made.least_size), short_text(made.size));
+  if (const auto& lines = made.comparison.lines) {
+    text += fmt::format(
+        "lines where three meet: {:.2f} mm from those of the labels (mean), 95 % within {:.2f} mm\n",
+        lines->mean, lines->percentile_95);
+  }
+  return text;
 }
 
 }  // namespace
@@ -168,7 +171,8 @@ ConformingReport conforming_report(const ConformingMesh& made, const std::vector
                  {"size", made.size},
                  {"least_size", made.least_size},
                  {"meshings", made.meshings},
-                 {"line_distance", distance_json(made.comparison.lines)},
+                 {"line_distance",
+                  made.comparison.lines ? distance_json(*made.comparison.lines) : ordered_json(nullptr)},
                  {"bodies", ordered_json::array()},
                  {"tissues", ordered_json::array()},
                  {"interfaces", ordered_json::array()}};

@@ -17,35 +17,13 @@
 #include <tuple>
 #include <utility>
 
+#include <palpate/error.hpp>
+
 namespace palpate::app {
 namespace {
 
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using CgalDomain = CGAL::Labeled_mesh_domain_3<Kernel>;
-
-/// CGAL's domain, but refinement of interfaces starts from our seeds. CGAL's own seeds are where random rays
-/// hit interfaces, and miss small components.
-class SeededDomain : public CgalDomain {
- public:
-  SeededDomain(const CgalDomain& domain, const LabelledDomain& shape) : CgalDomain(domain), shape_(&shape) {}
-
-  struct Construct_initial_points {  // NOLINT(readability-identifier-naming): CGAL looks for this name
-    const SeededDomain* domain;
-    template <class Output>
-    Output operator()(Output output, int /*count*/ = 0) const {
-      for (const auto& [point, labels] : domain->shape_->seeds) {
-        *output++ = {Point_3(point.x, point.y, point.z),
-                     domain->index_from_surface_patch_index({labels[0], labels[1]})};
-      }
-      return output;
-    }
-  };
-  [[nodiscard]] Construct_initial_points construct_initial_points_object() const { return {this}; }
-  [[nodiscard]] const LabelledDomain& shape() const { return *shape_; }
-
- private:
-  const LabelledDomain* shape_;
-};
 
 /// A size field with the interface that CGAL expects.
 struct CgalSize {
@@ -58,7 +36,7 @@ struct CgalSize {
   }
 };
 
-using Triangulation = CGAL::Mesh_triangulation_3<SeededDomain, CGAL::Default, CGAL::Sequential_tag>::type;
+using Triangulation = CGAL::Mesh_triangulation_3<CgalDomain, CGAL::Default, CGAL::Sequential_tag>::type;
 using Complex = CGAL::Mesh_complex_3_in_triangulation_3<Triangulation>;
 using Criteria = CGAL::Mesh_criteria_3<Triangulation>;
 namespace parameters = CGAL::parameters;
@@ -75,14 +53,14 @@ struct CGAL::Dump_c3t3<palpate::app::Complex, true> {  // NOLINT(readability-ide
 namespace palpate::app {
 namespace {
 
-SeededDomain make_domain(const LabelledDomain& domain, const std::function<void()>& turn) {
+CgalDomain make_domain(const LabelledDomain& domain, const std::function<void()>& turn) {
   const auto label = [&](const Kernel::Point_3& p) {
     turn();
     return domain.label({p.x(), p.y(), p.z()});
   };
   const CGAL::Bbox_3 box(domain.lower.x, domain.lower.y, domain.lower.z, domain.upper.x, domain.upper.y,
                          domain.upper.z);
-  return {CgalDomain(label, box, parameters::relative_error_bound = 1e-4), domain};
+  return {label, box, parameters::relative_error_bound = 1e-4};
 }
 
 using Place = std::tuple<double, double, double>;
@@ -140,7 +118,8 @@ LabelledMesh sorted_mesh(const Complex& complex, bool manifold) {
 }
 
 /// Inserts the points of lines, with their balls as weights, and the seeds that are outside of all balls.
-void add_first_points(Complex& complex, const SeededDomain& domain) {
+/// CGAL's own first points are where random rays hit interfaces, and miss small components.
+void add_first_points(Complex& complex, const CgalDomain& domain, const LabelledDomain& shape) {
   auto& mesh = complex.triangulation();
   const auto add = [&](const Triangulation::Weighted_point& point, int dimension, const auto& index) {
     const auto vertex = mesh.insert(point);
@@ -148,27 +127,28 @@ void add_first_points(Complex& complex, const SeededDomain& domain) {
     complex.set_dimension(vertex, dimension);
     complex.set_index(vertex, index);
   };
-  for (const auto& [center, radius] : domain.shape().lines) {
+  for (const auto& [center, radius] : shape.lines) {
     add({{center.x, center.y, center.z}, radius * radius}, 1, domain.index_from_subdomain_index(0));
   }
-  std::vector<std::pair<Kernel::Point_3, SeededDomain::Index>> seeds;
-  domain.construct_initial_points_object()(std::back_inserter(seeds));
-  for (const auto& [point, index] : seeds) {
-    if (!domain.shape().lines.empty()) {
+  for (const auto& [place, labels] : shape.seeds) {
+    const Kernel::Point_3 point(place.x, place.y, place.z);
+    if (!shape.lines.empty()) {
       const auto& ball = mesh.point(mesh.nearest_power_vertex(point));
       if (CGAL::squared_distance(point, ball.point()) < ball.weight()) continue;
     }
-    add(Triangulation::Weighted_point(point), 2, index);
+    add(Triangulation::Weighted_point(point), 2,
+        domain.index_from_surface_patch_index({labels[0], labels[1]}));
   }
 }
 
-/// The refined mesh; none where it would need more than `max_points`, or CGAL fails an assertion.
-std::optional<Complex> refined(const SeededDomain& domain, const Criteria& criteria, std::size_t max_points,
-                               bool manifold) {
+/// The refined mesh; none where it would need more than `max_points`, or where CGAL cannot make the surface a
+/// manifold.
+std::optional<Complex> refined(const CgalDomain& domain, const LabelledDomain& shape,
+                               const Criteria& criteria, std::size_t max_points, bool manifold) {
   CGAL::Mesh_error_code failed = CGAL::CGAL_MESH_3_NO_ERROR;
   try {
     std::optional<Complex> complex(std::in_place);
-    add_first_points(*complex, domain);
+    add_first_points(*complex, domain, shape);
     const auto options = parameters::mesh_3_options(parameters::maximal_number_of_vertices = max_points,
                                                     parameters::pointer_to_error_code = &failed);
     CGAL::refine_mesh_3(*complex, domain, criteria, parameters::no_perturb(), parameters::no_exude(),
@@ -177,6 +157,8 @@ std::optional<Complex> refined(const SeededDomain& domain, const Criteria& crite
     if (failed == CGAL::CGAL_MESH_3_NO_ERROR) return complex;
   } catch (const CGAL::Failure_exception&) {
     // Usually CGAL asks for the same point twice if the surface is no manifold.
+    if (!manifold)
+      throw Error("meshing", "", "an error in CGAL's refinement", "another size or number of tets");
   }
   return std::nullopt;
 }
@@ -222,7 +204,7 @@ std::optional<LabelledMesh> mesh_domain(const LabelledDomain& domain, const Mesh
     constexpr int turns_between = 1024;
     if (++turns % turns_between == 0 && criteria.check) criteria.check();
   };
-  const SeededDomain seeded = make_domain(domain, turn);
+  const CgalDomain labelled = make_domain(domain, turn);
   const Criteria fine(parameters::facet_angle = 25.0, parameters::facet_size = CgalSize{&criteria.facet_size},
                       parameters::facet_distance = CgalSize{&criteria.facet_distance},
                       parameters::cell_radius_edge_ratio = 2.5,
@@ -230,11 +212,11 @@ std::optional<LabelledMesh> mesh_domain(const LabelledDomain& domain, const Mesh
   for (const bool manifold : {true, false}) {
     if (manifold && !criteria.manifold) continue;
     CGAL::get_default_random() = CGAL::Random(0);  // CGAL draws from it when it perturbs points
-    std::optional<Complex> complex = refined(seeded, fine, criteria.max_points, manifold);
+    std::optional<Complex> complex = refined(labelled, domain, fine, criteria.max_points, manifold);
     if (!complex) continue;
     if (!criteria.wanted || criteria.wanted(complex->number_of_cells_in_complex())) {
       // No limits of time: the mesh must not depend on the machine.
-      CGAL::perturb_mesh_3(*complex, seeded);
+      CGAL::perturb_mesh_3(*complex, labelled);
       exude(*complex, turn);
     }
     return sorted_mesh(*complex, manifold);

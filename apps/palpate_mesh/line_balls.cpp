@@ -23,7 +23,7 @@ constexpr double of_distance = 0.6;
 constexpr double of_nearest = 0.9;  ///< largest radius relative to the distance of the nearest neighbour
 /// Least distance of neighbours relative to the wanted length. Junctions of lines may be nearer.
 constexpr double least_length = 0.5;
-constexpr std::size_t least_run = 3;  ///< parts of lines with fewer points are left out
+constexpr std::ptrdiff_t least_run = 3;  ///< parts of lines with fewer points are left out
 
 /// A line between two junctions, or a closed one: then the first point of the graph is the last, too.
 using Chain = std::vector<std::size_t>;
@@ -150,24 +150,24 @@ class Placer {
   }
 
   /// Chooses the parts of a run that keep away from what was chosen before.
-  void choose(const Run& run, const BoxTree& tree) {
-    Run part;
-    const auto end_part = [&] {
-      const State end = part.size() < least_run ? State::refused : State::chosen;
-      for (const std::size_t p : part) {
-        if (state_[p] == State::tried) state_[p] = end;
-      }
-      part.clear();
-    };
+  void choose(Run run, const BoxTree& tree) {
     for (const std::size_t p : run) {
       if (state_[p] == State::open) state_[p] = is_free(p, tree) ? State::tried : State::refused;
-      if (state_[p] == State::refused) {
-        end_part();
-      } else {
-        part.push_back(p);
-      }
     }
-    end_part();
+    const auto is_refused = [&](std::size_t p) { return state_[p] == State::refused; };
+    if (run.front() == run.back()) {  // a closed line has parts between refused points, wherever it begins
+      run.pop_back();
+      const auto refused = std::ranges::find_if(run, is_refused);
+      if (refused != run.end()) std::ranges::rotate(run, refused);
+    }
+    for (auto begin = run.begin(); begin != run.end();) {
+      const auto end = std::find_if(begin, run.end(), is_refused);
+      const bool is_long = end - begin >= least_run;
+      for (const std::size_t p : std::ranges::subrange(begin, end)) {
+        if (state_[p] == State::tried) state_[p] = is_long ? State::chosen : State::refused;
+      }
+      begin = std::find_if_not(end, run.end(), is_refused);
+    }
   }
   [[nodiscard]] bool is_free(std::size_t p, const BoxTree& tree) const {
     bool free = true;

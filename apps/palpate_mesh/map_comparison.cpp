@@ -78,9 +78,7 @@ Vec3 nearest_on(const Triangle3& t, const Vec3& p) {
 }
 
 Vec3 nearest_on(const Segment3& s, const Vec3& p) {
-  const Vec3 along = s[1] - s[0];
-  const double square = squared_length(along);
-  return square > 0.0 ? s[0] + std::clamp(dot(p - s[0], along) / square, 0.0, 1.0) * along : s[0];
+  return nearest_on_segment(p, s[0], s[1]);
 }
 
 /// Distance of p from the nearest of these triangles or segments.
@@ -230,7 +228,9 @@ MapComparison compare(const Tissues& tissues, const TissueLines& map_lines, cons
   const auto of_map = voxel_surfaces(tissues);
   for (std::size_t t = 1; t < surfaces.size(); ++t)
     comparison.tissues[t - 1].distance = distance_between(surfaces[t], of_map[t]);
-  comparison.lines = distance_between(lines_of(mesh, faces), segments_of(map_lines));
+  const auto of_mesh = lines_of(mesh, faces);
+  const auto in_map = segments_of(map_lines);
+  if (!of_mesh.empty() && !in_map.empty()) comparison.lines = distance_between(of_mesh, in_map);
   comparison.interfaces = interfaces_of(tissues, mesh, lines, faces);
   return comparison;
 }

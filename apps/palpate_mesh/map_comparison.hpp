@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "domain_mesher.hpp"
@@ -44,8 +45,9 @@ struct InterfaceMatch {
 struct MapComparison {
   std::vector<TissueMatch> tissues;        ///< (n_tissues)
   std::vector<InterfaceMatch> interfaces;  ///< of all pairs that touch in map or mesh, sorted by tissues
-  ShapeDistance
-      lines;  ///< from edges of the mesh where three tissues meet to such lines of the map, and back
+  /// From edges of the mesh where three tissues meet to such lines of the map, and back; none if either has
+  /// no line.
+  std::optional<ShapeDistance> lines;
 };
 
 /// Compares a mesh in the axes of the map with the map, and with the lines where its tissues meet. O(tets x

@@ -13,6 +13,11 @@ namespace {
 
 constexpr int margin = 3;  // voxels around the map; there is no tissue at their end, so no line ends there
 
+/// Steps of the lattice a voxel. With one, edges of tets jump over layers that are oblique to the voxels and
+/// thinner than 1.7 of them, and tissues seem to meet that do not. With three, an edge is as long as a layer
+/// of one oblique voxel is thick.
+constexpr int parts = 3;
+
 using Corner = std::array<int, 3>;
 
 /// The six tets of a cell of the lattice that share its diagonal (Kuhn 1960). They fit those of the
@@ -59,15 +64,18 @@ Vec3 meeting_point(const Tissues& tissues, std::array<Vec3, 3> p, std::array<int
 class Tracer {
  public:
   explicit Tracer(const Tissues& tissues) : tissues_(&tissues) {
-    for (std::size_t a = 0; a < 3; ++a) size_[a] = tissues.size()[a] + 2 * margin;
-    at_.reserve(static_cast<std::size_t>(size_[0]) * static_cast<std::size_t>(size_[1]) *
-                static_cast<std::size_t>(size_[2]));
-    for_points(size_, [&](int i, int j, int k) { at_.push_back(tissues.at(place({i, j, k}))); });
-    for_points({size_[0] - 1, size_[1] - 1, size_[2] - 1}, [&](int i, int j, int k) {
+    for (std::size_t a = 0; a < 3; ++a) size_[a] = parts * (tissues.size()[a] + 2 * margin - 1) + 1;
+    Lattice voxels;
+    for (std::size_t a = 0; a < 3; ++a) voxels.size[a] = tissues.size()[a] + 2 * margin;
+    std::vector<int> tissue;
+    for_points(voxels.size, [&](int i, int j, int k) {
+      tissue.push_back(tissues.at(place({parts * i, parts * j, parts * k})));
+    });
+    for_points({voxels.size[0] - 1, voxels.size[1] - 1, voxels.size[2] - 1}, [&](int i, int j, int k) {
       std::set<int> found;
-      for_points({2, 2, 2}, [&](int x, int y, int z) { found.insert(at_[index({i + x, j + y, k + z})]); });
-      if (found.size() < 3) return;
-      for (const auto& tet : tets_of_cell) add(tet, {i, j, k});
+      for_points({2, 2, 2},
+                 [&](int x, int y, int z) { found.insert(tissue[voxels.index(i + x, j + y, k + z)]); });
+      if (found.size() > 2) add({parts * i, parts * j, parts * k});
     });
   }
 
@@ -75,28 +83,44 @@ class Tracer {
 
  private:
   [[nodiscard]] std::size_t index(const Corner& c) const {
-    const auto row =
-        static_cast<std::size_t>(c[2]) * static_cast<std::size_t>(size_[1]) + static_cast<std::size_t>(c[1]);
-    return row * static_cast<std::size_t>(size_[0]) + static_cast<std::size_t>(c[0]);
+    std::size_t index = 0;
+    for (const std::size_t a : {2U, 1U, 0U})
+      index = index * static_cast<std::size_t>(size_[a]) + static_cast<std::size_t>(c[a]);
+    return index;
   }
   [[nodiscard]] Vec3 place(const Corner& c) const {
     const Vec3& s = tissues_->spacing();
-    return {(c[0] - margin) * s.x, (c[1] - margin) * s.y, (c[2] - margin) * s.z};
+    const auto along = [&](std::size_t a) { return static_cast<double>(c[a]) / parts - margin; };
+    return {along(0) * s.x, along(1) * s.y, along(2) * s.z};
   }
 
-  void add(const std::array<Corner, 4>& tet, const Corner& cell) {
-    std::array<Corner, 4> corners{};
-    for (std::size_t c = 0; c < 4; ++c) {
-      for (std::size_t a = 0; a < 3; ++a) corners[c][a] = cell[a] + tet[c][a];
-    }
-    std::vector<std::size_t> crossed;
-    for (std::size_t without = 0; without < 4; ++without) {
-      std::array<Corner, 3> face{};
-      for (std::size_t c = 0, n = 0; c < 4; ++c) {
-        if (c != without) face[n++] = corners[c];
+  /// Adds what is between eight voxel centres.
+  void add(const Corner& lowest) {
+    Lattice inside;
+    inside.size.fill(parts + 1);
+    std::vector<int> tissue;
+    for_points(inside.size, [&](int x, int y, int z) {
+      tissue.push_back(tissues_->at(place({lowest[0] + x, lowest[1] + y, lowest[2] + z})));
+    });
+    for_points({parts, parts, parts}, [&](int x, int y, int z) {
+      for (const auto& tet : tets_of_cell) {
+        std::array<Corner, 4> corners{};
+        std::array<int, 4> of_corners{};
+        for (std::size_t c = 0; c < 4; ++c) {
+          const Corner at{x + tet[c][0], y + tet[c][1], z + tet[c][2]};
+          of_corners[c] = tissue[inside.index(at[0], at[1], at[2])];
+          for (std::size_t a = 0; a < 3; ++a) corners[c][a] = lowest[a] + at[a];
+        }
+        add(corners, of_corners);
       }
-      const std::array<int, 3> tissue{at_[index(face[0])], at_[index(face[1])], at_[index(face[2])]};
-      if (all_differ(tissue)) crossed.push_back(point_of(face, tissue));
+    });
+  }
+
+  void add(const std::array<Corner, 4>& tet, const std::array<int, 4>& tissue) {
+    std::vector<std::size_t> crossed;
+    for (const auto& [a, b, c] : {std::array{1U, 2U, 3U}, {0U, 2U, 3U}, {0U, 1U, 3U}, {0U, 1U, 2U}}) {
+      const std::array<int, 3> of_face{tissue[a], tissue[b], tissue[c]};
+      if (all_differ(of_face)) crossed.push_back(point_of({tet[a], tet[b], tet[c]}, of_face));
     }
     if (crossed.size() == 2) connect(crossed[0], crossed[1]);
     if (crossed.size() < 4) return;
@@ -123,14 +147,13 @@ class Tracer {
   }
 
   const Tissues* tissues_;
-  std::array<int, 3> size_{};  ///< of the lattice of voxel centres, and a margin around the map
-  std::vector<int> at_;
+  std::array<int, 3> size_{};  ///< of a lattice with `parts` steps a voxel, and a margin around the map
   std::map<std::array<std::size_t, 3>, std::size_t> of_face_;
 };
 
 /// Moves points between two neighbours towards their middle. Triangles of the lattice and the steps of voxels
-/// make lines rough: a circle is half as long again. The points are about a quarter of a voxel apart, so this
-/// averages over about half a voxel.
+/// make lines rough. The points are about a twelfth of a voxel apart, so ten rounds average over about half a
+/// voxel. With more, lines leave narrow tissues, and layers of one voxel get holes beside them.
 void smooth(TissueLines& lines) {
   constexpr int rounds = 10;
   for (int round = 0; round < rounds; ++round) {

@@ -8,7 +8,6 @@
 #include <limits>
 
 namespace palpate {
-namespace {
 
 Vec3 nearest_on_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
   const Vec3 ab = b - a;
@@ -16,8 +15,6 @@ Vec3 nearest_on_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
   const double t = l2 > 0.0 ? std::clamp(dot(p - a, ab) / l2, 0.0, 1.0) : 0.0;
   return a + t * ab;
 }
-
-}  // namespace
 
 Vec3 face_normal(const Bodies& bodies, std::span<const Vec3> positions, Index tet, std::size_t opposite) {
   const Tet& corners = at(bodies.tets(), tet);

@@ -24,6 +24,9 @@ struct SurfacePoint {
 /// Outward unit normal of a face of a tet; zero where it has no area.
 Vec3 face_normal(const Bodies& bodies, std::span<const Vec3> positions, Index tet, std::size_t opposite);
 
+/// Nearest point of a segment.
+Vec3 nearest_on_segment(const Vec3& p, const Vec3& a, const Vec3& b);
+
 /// Nearest point of a triangle: the projection onto its plane if that is inside, otherwise a point on the
 /// nearest edge.
 Vec3 nearest_on_triangle(const Vec3& p, const std::array<Vec3, 3>& triangle);

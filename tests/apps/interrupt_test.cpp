@@ -1,6 +1,10 @@
+#include "interrupt.hpp"
+
 #include <chrono>
+#include <csignal>
 #include <functional>
 #include <thread>
+#include <unistd.h>
 
 #include "apps/workplace.hpp"
 
@@ -11,12 +15,6 @@ class Interrupt : public CommandTest {
  protected:
   void SetUp() override { write("scene.json", falling_box()); }
 
-  /// Steps of a second or so, so that a signal is not handled before the next one comes.
-  void write_slow_scene() {
-    write("scene.json", R"({"contact": {"structure": "brute"}, "bodies": [
-      {"ball": {"radius": 1, "resolution": 14}, "material": {}},
-      {"ball": {"radius": 1, "resolution": 14}, "translate": [1, 0, 0], "material": {}}]})");
-  }
   /// Waits until `reached`, or fails after a minute.
   static void wait_until(const std::function<bool()>& reached) {
     const auto deadline = std::chrono::steady_clock::now() + std::chrono::minutes(1);
@@ -100,19 +98,18 @@ TEST_F(Interrupt, TheStateIsThatOfARunOfAsManySteps) {
   EXPECT_EQ(whole["state_hash"], report["state_hash"]);
 }
 
-TEST_F(Interrupt, TheSecondSignalKillsAtOnce) {
-  write_slow_scene();
-  Process run(endless_, folder_.path());
-  wait_until([&] { return exists("out/metrics.csv"); });
-  run.send(SIGINT);
-  // The system may deliver two signals together, before the first is handled: then send another.
-  while (run.running()) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    run.send(SIGTERM);
-  }
-  // If they were delivered together, the first may be the one that kills.
-  const int signal = run.wait().signal;
-  EXPECT_TRUE(signal == SIGTERM || signal == SIGINT) << signal;
+TEST(InterruptDeathTest, ALaterSignalKillsAtOnce) {
+  const auto two_signals = [](int first, int second) {
+    const app::InterruptFlag flag;
+    static_cast<void>(::raise(first));
+    if (!flag.requested()) ::_exit(1);
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    static_cast<void>(::raise(second));
+    ::_exit(0);
+  };
+  EXPECT_EXIT(two_signals(SIGINT, SIGTERM), testing::KilledBySignal(SIGTERM), "");
+  EXPECT_EXIT(two_signals(SIGHUP, SIGINT), testing::KilledBySignal(SIGINT), "");
+  EXPECT_EXIT(two_signals(SIGTERM, SIGHUP), testing::ExitedWithCode(0), "");
 }
 
 TEST_F(Interrupt, SignalsThatComeTogetherAreOneRequest) {  // as timeout(1) sends them

@@ -284,14 +284,18 @@ test("begins with a named view, names bodies under the mouse, shows sides and a 
   await page.mouse.move(4, 200);
   await page.mouse.move(6, 210);
   await until("no name beside the bodies", async () => !(await page.isVisible("#hover")));
-  await page.waitForTimeout(100);
-  const named = await page.evaluate(([x, y]) => {
+  // The search under the mouse has a pause after each, so a name is shown at once only after that.
+  const named = await page.evaluate(async ([x, y]) => {
     const move = (clientX, clientY) =>
       document.querySelector("#canvas").dispatchEvent(new PointerEvent("pointermove", { clientX, clientY, pointerType: "mouse", isPrimary: true, bubbles: true }));
-    move(x, y);
-    const shown = !document.querySelector("#hover").hidden;
-    move(6, 210);
-    return shown;
+    for (let tries = 0; tries < 100; ++tries) {
+      await new Promise((resolve) => setTimeout(resolve, 100));
+      move(x, y);
+      const shown = !document.querySelector("#hover").hidden;
+      move(6, 210);
+      if (shown) return true;
+    }
+    return false;
   }, [x, y]);
   assert.ok(named);
   await until("no name after a fast mouse either", async () => !(await page.isVisible("#hover")));
