@@ -67,7 +67,7 @@ struct LabelledMesh {
 /// manifold with `max_points`, as where two parts touch in an edge, it need not.
 ///
 /// The same input gives the same mesh. Empty where there is no point inside or no seed; none where
-/// `max_points` do not do. Throws Error where CGAL fails, and passes on what the functions throw. Seconds for
+/// `max_points` do not do. Throws Error if CGAL fails, and passes on what the functions throw. Seconds for
 /// 10 000 tets.
 std::optional<LabelledMesh> mesh_domain(const LabelledDomain& domain, const MeshingCriteria& criteria);
 
