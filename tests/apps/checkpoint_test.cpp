@@ -1,10 +1,8 @@
 // Oracle: the run that was not interrupted.
 #include <algorithm>
-#include <chrono>
 #include <filesystem>
 #include <functional>
 #include <sys/resource.h>
-#include <thread>
 
 #include "apps/workplace.hpp"
 
@@ -72,11 +70,7 @@ TEST_F(CheckpointedRun, KeepsTheLastTwoAndGoesOnAsIfNothingHadHappened) {
 TEST_F(CheckpointedRun, AnInterruptedRunHasOneWithoutBeingAsked) {
   for (const int signal : {SIGINT, SIGTERM}) {
     Process run(run_into("out", "2000"), folder_.path());
-    const auto deadline = std::chrono::steady_clock::now() + std::chrono::minutes(1);
-    while (!exists("out/metrics.csv") || lines_of(read("out/metrics.csv")).size() < 3) {
-      ASSERT_LT(std::chrono::steady_clock::now(), deadline);
-      std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    }
+    wait_until([&] { return exists("out/metrics.csv") && lines_of(read("out/metrics.csv")).size() > 2; });
     run.send(signal);
     const Finished done = run.wait();
     EXPECT_EQ(done.exit_code, 1);
@@ -260,11 +254,7 @@ TEST_F(CheckpointedRun, AFullDiskEndsTheRunAndLeavesTheLastGoodState) {
 TEST_F(CheckpointedRun, AVanishedFolderEndsTheRun) {
   Process run(run_into("out", "100000000", {"--every", "100000000", "--checkpoint-every", "1"}),
               folder_.path());
-  const auto deadline = std::chrono::steady_clock::now() + std::chrono::minutes(1);
-  while (!exists("out/checkpoints") || checkpoints("out").size() < 2) {
-    ASSERT_LT(std::chrono::steady_clock::now(), deadline);
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  }
+  wait_until([&] { return exists("out/checkpoints") && checkpoints("out").size() > 1; });
   fs::rename(folder_ / "out", folder_ / "elsewhere");
   const Finished done = run.wait();
   EXPECT_EQ(done.exit_code, 1);

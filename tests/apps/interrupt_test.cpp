@@ -2,7 +2,6 @@
 
 #include <chrono>
 #include <csignal>
-#include <functional>
 #include <thread>
 #include <unistd.h>
 
@@ -15,14 +14,6 @@ class Interrupt : public CommandTest {
  protected:
   void SetUp() override { write("scene.json", falling_box()); }
 
-  /// Waits until `reached`, or fails after a minute.
-  static void wait_until(const std::function<bool()>& reached) {
-    const auto deadline = std::chrono::steady_clock::now() + std::chrono::minutes(1);
-    while (!reached()) {
-      ASSERT_LT(std::chrono::steady_clock::now(), deadline);
-      std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    }
-  }
   void wait_for_rows(std::size_t rows) const {
     wait_until([&] { return exists("out/metrics.csv") && lines_of(read("out/metrics.csv")).size() > rows; });
   }

@@ -79,6 +79,10 @@ bool Process::running() {
   return !ended_;
 }
 
+std::string Process::err() const {
+  return content_of(err_);
+}
+
 Finished Process::wait() {
   const auto deadline = std::chrono::steady_clock::now() + longest;
   while (running()) {
@@ -94,6 +98,14 @@ Finished Process::wait() {
   finished.out = content_of(out_);
   finished.err = content_of(err_);
   return finished;
+}
+
+void wait_until(const std::function<bool()>& reached) {
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::minutes(1);
+  while (!reached()) {
+    ASSERT_LT(std::chrono::steady_clock::now(), deadline);
+    std::this_thread::sleep_for(pause);
+  }
 }
 
 Finished palpate(std::vector<std::string> arguments, const std::filesystem::path& folder) {

@@ -2,6 +2,7 @@
 
 #include <csignal>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <sys/types.h>
 #include <vector>
@@ -33,6 +34,8 @@ class Process {
 
   void send(int signal) const;
   [[nodiscard]] bool running();
+  /// What it has written to stderr so far.
+  [[nodiscard]] std::string err() const;
   /// Waits for its end; fails the test and kills it after two minutes.
   Finished wait();
 
@@ -43,6 +46,9 @@ class Process {
   int status_ = 0;
   bool ended_ = false;
 };
+
+/// Waits until this is true; fails the test after a minute.
+void wait_until(const std::function<bool()>& reached);
 
 /// Runs the command to its end.
 Finished palpate(std::vector<std::string> arguments, const std::filesystem::path& folder);

@@ -1,6 +1,4 @@
-#include <chrono>
 #include <sys/stat.h>
-#include <thread>
 
 #include "apps/workplace.hpp"
 
@@ -137,11 +135,7 @@ TEST_F(RunErrors, OnlyOneRunWritesIntoAFolder) {
     return arguments;
   };
   Process first(of_steps("100000000"), folder_.path());
-  const auto deadline = std::chrono::steady_clock::now() + std::chrono::minutes(1);
-  while (!exists("out/checkpoints") || names_in(folder_ / "out/checkpoints").size() < 2) {
-    ASSERT_LT(std::chrono::steady_clock::now(), deadline);
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  }
+  wait_until([&] { return exists("out/checkpoints") && names_in(folder_ / "out/checkpoints").size() > 1; });
   expect_error(1, of_steps("3"), {"out: found another run"});
   expect_error(1, {"run", "--resume", "out", "--quiet"}, {"out: found another run"});
   EXPECT_TRUE(first.running());
