@@ -1,10 +1,11 @@
 #include "contact/contact_table.hpp"
 
 #include <algorithm>
+#include <bit>
+#include <utility>
 
 #include "geometry/predicates.hpp"
 #include "room.hpp"
-#include "sort/rows.hpp"
 
 namespace palpate {
 namespace {
@@ -13,33 +14,58 @@ constexpr std::size_t grain = 512;
 
 }  // namespace
 
+/// Lists the points of `found`, and counts its entries of each. No pass over all points of the model: most
+/// have no contact.
+void ContactTable::list_points(std::size_t n_points, std::span<const PointInTet> found) {
+  constexpr std::size_t bits = 64;
+  constexpr OfPoint none{.first = 0, .count = 0, .body = -1};
+  if (of_point_.size() != n_points) {
+    of_point_.assign(n_points, none);
+    is_listed_.assign((n_points + bits - 1) / bits, 0);
+  } else {
+    for (const Index p : points_) at(of_point_, p) = none;
+  }
+  for (const PointInTet& f : found) {
+    const auto p = static_cast<std::size_t>(f.point);
+    ++of_point_[p].count;
+    is_listed_[p / bits] |= std::uint64_t{1} << (p % bits);
+  }
+  points_.clear();
+  make_room(points_, found.size());
+  for (std::size_t word = 0; word < is_listed_.size(); ++word) {
+    for (std::uint64_t left = std::exchange(is_listed_[word], 0); left != 0; left &= left - 1)
+      points_.push_back(static_cast<Index>(word * bits) + std::countr_zero(left));
+  }
+}
+
 void ContactTable::list_rows(const Bodies& bodies, std::span<const PointInTet> found) {
-  const std::size_t n_points = bodies.points_rest().size();
-  sort_into_rows(
-      found, n_points, [](const PointInTet& f) { return f.point; }, row_begin_, by_point_);
+  list_points(bodies.points_rest().size(), found);
+  Index begin = 0;
+  for (const Index p : points_) at(of_point_, p).first = std::exchange(begin, begin + at(of_point_, p).count);
+  resize_with_room(by_point_, found.size());
+  for (const PointInTet& f : found) at(by_point_, at(of_point_, f.point).first++) = f;
   for (std::vector<Index>* list : {&contacts_.point, &contacts_.body, &contacts_.tet}) {
     list->clear();
     make_room(*list, found.size());
   }
-  of_point_.resize(n_points);
-  for (std::size_t p = 0; p < n_points; ++p) {
-    OfPoint& of_point = of_point_[p];
-    of_point = {static_cast<Index>(contacts_.size()), 0, -1};
+  auto entry = by_point_.begin();
+  for (const Index p : points_) {
+    OfPoint& of_point = at(of_point_, p);
+    const auto end = entry + of_point.count;
     // Tets are in the order of bodies, so bodies ascend.
-    if (row_begin_[p + 1] - row_begin_[p] > 1) {
-      std::sort(by_point_.begin() + row_begin_[p], by_point_.begin() + row_begin_[p + 1],
-                [](const PointInTet& a, const PointInTet& b) { return a.tet < b.tet; });
+    if (of_point.count > 1) {
+      std::sort(entry, end, [](const PointInTet& a, const PointInTet& b) { return a.tet < b.tet; });
     }
+    of_point = {static_cast<Index>(contacts_.size()), 0, -1};
     Index last_body = -1;
-    for (Index f = row_begin_[p]; f < row_begin_[p + 1]; ++f) {
-      const Index tet = at(by_point_, f).tet;
-      const Index body = bodies.body_of(at(bodies.tets(), tet));
+    for (; entry != end; ++entry) {
+      const Index body = bodies.body_of(at(bodies.tets(), entry->tet));
       if (body == last_body) continue;
       last_body = body;
       if (of_point.count++ == 0) of_point.body = body;
-      contacts_.point.push_back(static_cast<Index>(p));
+      contacts_.point.push_back(p);
       contacts_.body.push_back(body);
-      contacts_.tet.push_back(tet);
+      contacts_.tet.push_back(entry->tet);
     }
   }
   size_ = contacts_.size();

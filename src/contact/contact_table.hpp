@@ -37,9 +37,8 @@ class ContactTable {
   static constexpr std::int32_t longest_absence = 20;
 
   /// Sorts the result of the query (of several tets of one body the lowest is used), matches the rows with
-  /// those of the last table, and copies their states. Depth, direction and certainty are zero. O(points +
-  /// found + rows of `last`), parallel.
-  /// \param last  null: there is no previous table
+  /// those of the last table, and copies their states. Depth, direction and certainty are zero. O(points / 64
+  /// + found + rows of `last`), parallel. \param last  null: there is no previous table
   void assign(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
               std::span<const PointInTet> found, const ContactTable* last = nullptr);
 
@@ -117,6 +116,7 @@ class ContactTable {
   [[nodiscard]] bool has_history(std::size_t row) const {
     return now_.states.seen[row] > 0 || now_.states.lost[row] > 0;
   }
+  void list_points(std::size_t n_points, std::span<const PointInTet> found);
   void list_rows(const Bodies& bodies, std::span<const PointInTet> found);
   void match(const parallel::Threads& threads, const ContactTable& last);
   void list_ended(const ContactTable& last);
@@ -134,11 +134,12 @@ class ContactTable {
   RowStates now_;
   RowStates before_;               ///< states before the last begin_step()
   std::vector<OfPoint> of_point_;  ///< (n_points)
+  std::vector<Index> points_;      ///< that have contacts, ascending
   // Scratch:
   std::vector<PointInTet> by_point_;
-  std::vector<Index> row_begin_;
-  std::vector<std::uint8_t> matched_;  ///< 1: rows of the last table with a row here
-  std::vector<std::size_t> ended_;     ///< rows of the last table that ended
+  std::vector<std::uint64_t> is_listed_;  ///< a bit for each point; all zero between calls
+  std::vector<std::uint8_t> matched_;     ///< 1: rows of the last table with a row here
+  std::vector<std::size_t> ended_;        ///< rows of the last table that ended
   std::vector<Key> new_keys_;
 };
 
