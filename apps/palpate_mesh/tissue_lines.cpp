@@ -33,8 +33,9 @@ bool all_differ(const std::array<int, 3>& t) {
   return t[0] != t[1] && t[1] != t[2] && t[0] != t[2];
 }
 
-/// The point in a triangle where the three tissues of its corners meet: one of its four parts has all three
-/// again, as in Sperner's lemma.
+/// The point in a triangle where the three tissues of its corners meet: usually one of its four parts has all
+/// three again, as in Sperner's lemma. Where none has, since a tissue reaches across an edge, the middle of
+/// the smallest part found.
 Vec3 meeting_point(const Tissues& tissues, std::array<Vec3, 3> p, std::array<int, 3> tissue) {
   constexpr int rounds = 8;
   for (int round = 0; round < rounds; ++round) {
