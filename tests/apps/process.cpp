@@ -79,8 +79,12 @@ bool Process::running() {
   return !ended_;
 }
 
-std::string Process::err() const {
-  return content_of(err_);
+bool Process::handles(int signal) const {
+  const std::string status = content_of("/proc/" + std::to_string(pid_) + "/status");
+  const std::string name = "SigCgt:";
+  const std::size_t at = status.find(name);
+  if (at == std::string::npos) return false;
+  return (std::stoull(status.substr(at + name.size()), nullptr, 16) >> (signal - 1) & 1U) != 0;
 }
 
 Finished Process::wait() {

@@ -34,8 +34,8 @@ class Process {
 
   void send(int signal) const;
   [[nodiscard]] bool running();
-  /// What it has written to stderr so far.
-  [[nodiscard]] std::string err() const;
+  /// Whether it has its own handler for a signal (/proc, Linux).
+  [[nodiscard]] bool handles(int signal) const;
   /// Waits for its end; fails the test and kills it after two minutes.
   Finished wait();
 
