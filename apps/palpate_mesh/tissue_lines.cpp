@@ -65,9 +65,11 @@ Vec3 meeting_point(const Tissues& tissues, std::array<Vec3, 3> p, std::array<int
 class Tracer {
  public:
   explicit Tracer(const Tissues& tissues) : tissues_(&tissues) {
-    for (std::size_t a = 0; a < 3; ++a) size_[a] = parts * (tissues.size()[a] + 2 * margin - 1) + 1;
     Lattice voxels;
-    for (std::size_t a = 0; a < 3; ++a) voxels.size[a] = tissues.size()[a] + 2 * margin;
+    for (std::size_t a = 0; a < 3; ++a) {
+      voxels.size[a] = tissues.size()[a] + 2 * margin;
+      fine_.size[a] = parts * (voxels.size[a] - 1) + 1;
+    }
     std::vector<int> tissue;
     for_points(voxels.size, [&](int i, int j, int k) {
       tissue.push_back(tissues.at(place({parts * i, parts * j, parts * k})));
@@ -83,12 +85,7 @@ class Tracer {
   TissueLines lines;
 
  private:
-  [[nodiscard]] std::size_t index(const Corner& c) const {
-    std::size_t index = 0;
-    for (const std::size_t a : {2U, 1U, 0U})
-      index = index * static_cast<std::size_t>(size_[a]) + static_cast<std::size_t>(c[a]);
-    return index;
-  }
+  [[nodiscard]] std::size_t index(const Corner& c) const { return fine_.index(c[0], c[1], c[2]); }
   [[nodiscard]] Vec3 place(const Corner& c) const {
     const Vec3& s = tissues_->spacing();
     const auto along = [&](std::size_t a) { return static_cast<double>(c[a]) / parts - margin; };
@@ -148,7 +145,7 @@ class Tracer {
   }
 
   const Tissues* tissues_;
-  std::array<int, 3> size_{};  ///< of a lattice with `parts` steps a voxel, and a margin around the map
+  Lattice fine_;  ///< `parts` steps a voxel, and a margin around the map; without values
   std::map<std::array<std::size_t, 3>, std::size_t> of_face_;
 };
 
