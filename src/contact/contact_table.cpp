@@ -1,7 +1,6 @@
 #include "contact/contact_table.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <utility>
 
 #include "geometry/predicates.hpp"
@@ -14,32 +13,25 @@ constexpr std::size_t grain = 512;
 
 }  // namespace
 
-/// Lists the points of `found`, and counts its entries of each. No pass over all points of the model: most
-/// have no contact.
-void ContactTable::list_points(std::size_t n_points, std::span<const PointInTet> found) {
-  constexpr std::size_t bits = 64;
+/// Makes no pass over all points of the model but that over the marks: most points have no contact.
+void ContactTable::list_rows(const parallel::Threads& threads, const Bodies& bodies,
+                             std::span<const PointInTet> found) {
   constexpr OfPoint none{.first = 0, .count = 0, .body = -1};
+  const std::size_t n_points = bodies.points_rest().size();
   if (of_point_.size() != n_points) {
     of_point_.assign(n_points, none);
-    is_listed_.assign((n_points + bits - 1) / bits, 0);
+    with_contact_.resize(n_points);
   } else {
     for (const Index p : points_) at(of_point_, p) = none;
   }
   for (const PointInTet& f : found) {
-    const auto p = static_cast<std::size_t>(f.point);
-    ++of_point_[p].count;
-    is_listed_[p / bits] |= std::uint64_t{1} << (p % bits);
+    ++at(of_point_, f.point).count;
+    with_contact_.want(f.point);
   }
-  points_.clear();
+  const std::span<const Index> points = with_contact_.list(threads);
   make_room(points_, found.size());
-  for (std::size_t word = 0; word < is_listed_.size(); ++word) {
-    for (std::uint64_t left = std::exchange(is_listed_[word], 0); left != 0; left &= left - 1)
-      points_.push_back(static_cast<Index>(word * bits) + std::countr_zero(left));
-  }
-}
-
-void ContactTable::list_rows(const Bodies& bodies, std::span<const PointInTet> found) {
-  list_points(bodies.points_rest().size(), found);
+  points_.assign(points.begin(), points.end());
+  with_contact_.forget();
   Index begin = 0;
   for (const Index p : points_) at(of_point_, p).first = std::exchange(begin, begin + at(of_point_, p).count);
   resize_with_room(by_point_, found.size());
@@ -74,7 +66,7 @@ void ContactTable::list_rows(const Bodies& bodies, std::span<const PointInTet> f
 void ContactTable::assign(const parallel::Threads& threads, const Bodies& bodies,
                           std::span<const Vec3> positions, std::span<const PointInTet> found,
                           const ContactTable* last) {
-  list_rows(bodies, found);
+  list_rows(threads, bodies, found);
   resize_with_room(contacts_.weights, size_);
   assign_with_room(contacts_.depth, size_, 0.0);
   assign_with_room(contacts_.direction, size_, Vec3{});

@@ -10,6 +10,7 @@
 
 #include "contact/contact_columns.hpp"
 #include "contact/point_in_tet.hpp"
+#include "contact/wanted_items.hpp"
 #include "geometry/vector.hpp"
 #include "parallel/parallel.hpp"
 
@@ -37,8 +38,9 @@ class ContactTable {
   static constexpr std::int32_t longest_absence = 20;
 
   /// Sorts the result of the query (of several tets of one body the lowest is used), matches the rows with
-  /// those of the last table, and copies their states. Depth, direction and certainty are zero. O(points / 64
-  /// + found + rows of `last`), parallel. \param last  null: there is no previous table
+  /// those of the last table, and copies their states. Depth, direction and certainty are zero.
+  /// O(points / 8 + found + rows of `last`), parallel.
+  /// \param last  null: there is no previous table
   void assign(const parallel::Threads& threads, const Bodies& bodies, std::span<const Vec3> positions,
               std::span<const PointInTet> found, const ContactTable* last = nullptr);
 
@@ -116,8 +118,7 @@ class ContactTable {
   [[nodiscard]] bool has_history(std::size_t row) const {
     return now_.states.seen[row] > 0 || now_.states.lost[row] > 0;
   }
-  void list_points(std::size_t n_points, std::span<const PointInTet> found);
-  void list_rows(const Bodies& bodies, std::span<const PointInTet> found);
+  void list_rows(const parallel::Threads& threads, const Bodies& bodies, std::span<const PointInTet> found);
   void match(const parallel::Threads& threads, const ContactTable& last);
   void list_ended(const ContactTable& last);
   void carry_states(const parallel::Threads& threads, const ContactTable& last);
@@ -137,9 +138,9 @@ class ContactTable {
   std::vector<Index> points_;      ///< that have contacts, ascending
   // Scratch:
   std::vector<PointInTet> by_point_;
-  std::vector<std::uint64_t> is_listed_;  ///< a bit for each point; all zero between calls
-  std::vector<std::uint8_t> matched_;     ///< 1: rows of the last table with a row here
-  std::vector<std::size_t> ended_;        ///< rows of the last table that ended
+  WantedItems with_contact_;           ///< points; none between calls
+  std::vector<std::uint8_t> matched_;  ///< 1: rows of the last table with a row here
+  std::vector<std::size_t> ended_;     ///< rows of the last table that ended
   std::vector<Key> new_keys_;
 };
 
