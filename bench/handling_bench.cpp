@@ -1,8 +1,5 @@
-// The parts of a detection after the query of contacts, frame by frame; border edges against triangles,
-// compared with Embree; and whole detections with two threads and one.
-#include <algorithm>
-#include <array>
-#include <limits>
+// The parts of a detection after the query of contacts, frame by frame; and border edges against triangles,
+// compared with Embree.
 #include <vector>
 
 #include <palpate/detection.hpp>
@@ -11,7 +8,6 @@
 #include "peers/contest.hpp"
 #include "speed/part.hpp"
 #include "speed/rows.hpp"
-#include "stopwatch.hpp"
 #include "timing.hpp"
 
 namespace palpate::bench {
@@ -52,33 +48,6 @@ Json whole_detection(const measure::QueryScene& scene, std::uint32_t frames) {
   return result;
 }
 
-/// Whole detections and the update of their grid, by one thread and two in alternation: least times of a
-/// frame in ms, by the clock. Others on the machine take from the second core first.
-Json two_threads(const measure::QueryScene& scene, std::uint32_t frames) {
-  constexpr std::array<const char*, 2> names{"1 thread", "2 threads"};
-  std::array<Detector, 2> detectors{Detector(scene.bodies, settings_of(scene, false), {}, 1),
-                                    Detector(scene.bodies, settings_of(scene, false), {}, 2)};
-  std::array<double, 2> whole{};
-  std::array<double, 2> grid{};
-  whole.fill(std::numeric_limits<double>::infinity());
-  grid.fill(std::numeric_limits<double>::infinity());
-  std::vector<Vec3> positions;
-  for (std::uint32_t frame = 0; frame < warm_up + frames; ++frame) {
-    scene.place(frame, positions);
-    for (std::size_t d = 0; d < detectors.size(); ++d) {
-      const Stopwatch watch;
-      detectors[d].detect(positions);
-      if (frame < warm_up) continue;
-      whole[d] = std::min(whole[d], 1e3 * watch.seconds());
-      grid[d] = std::min(grid[d], 1e3 * detectors[d].times().grid);
-    }
-  }
-  Json result{{"name", scene.name}, {"frames", frames}};
-  for (std::size_t d = 0; d < detectors.size(); ++d)
-    result["threads"][names[d]] = {{"detection_ms", whole[d]}, {"grid_ms", grid[d]}};
-  return result;
-}
-
 /// Border edges against triangles, by us and by the fastest mode of Embree.
 Json border_edges(const measure::QueryScene& scene, int frames) {
   const Course course{scene, scene.immovable(), Task::edges_on_triangles};
@@ -104,18 +73,11 @@ Json border_edges(const measure::QueryScene& scene, int frames) {
 Part handling_part(const SpeedEffort& effort) {
   const int frames = effort.frames_or(usual_frames);
   const auto scene = [] { return measure::stacking_scene(10); };
-  Part part{"handling",
-            {{"border edges", 1e4, [=] { return border_edges(scene(), frames); }},
-             {"whole detection", 1e4,
-              [=] { return whole_detection(scene(), static_cast<std::uint32_t>(frames)); }}},
-            handling_rows};
-  for (const double tets : {1e4, 102400.0, 1e6}) {
-    part.cases.push_back({"two threads", tets, [=] {
-                            return two_threads(measure::stacking_scene(measure::stacking_cells(tets)),
-                                               static_cast<std::uint32_t>(frames));
-                          }});
-  }
-  return part;
+  return {"handling",
+          {{"border edges", 1e4, [=] { return border_edges(scene(), frames); }},
+           {"whole detection", 1e4,
+            [=] { return whole_detection(scene(), static_cast<std::uint32_t>(frames)); }}},
+          handling_rows};
 }
 
 }  // namespace palpate::bench

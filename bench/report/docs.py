@@ -20,19 +20,20 @@ import sort_table
 import speed_table
 import step_scenes_table
 import step_table
+import threads_table
 
 PAPER_ITEMS = ("table-1", "figure-6", "figure-7", "sorting", "z-curve", "cache-misses", "cell-size", "structures", "table-2")
 LONGEST_TABLE = 120
 WIDEST_LINE = 120
 # Of `palpate bench speed`, with a table of goals.
-SPEED_PARTS = ("query", "handling", "movers", "dynamics", "step", "tissue")
+SPEED_PARTS = ("query", "handling", "threads", "movers", "dynamics", "step", "tissue")
 
 TABLES_OF_PAGES = {
     "docs/benchmarks.md": ["speed"],
     "docs/benchmarks-detection.md": ["query", "handling"],
     "docs/benchmarks-sorts.md": ["sort"],
     "docs/benchmarks-steps.md": ["dynamics", "step", "step scenes"],
-    "docs/benchmarks-instructions.md": ["instructions"],
+    "docs/benchmarks-instructions.md": ["instructions", "threads", "threads of 16 cores"],
     "docs/notes/benchmarks.md": ["step scenes before"],
 }
 
@@ -169,9 +170,10 @@ def pages(root):
     file, report = reports[0]
     kept = {name: json.loads((results / f"{name}.json").read_text()) for name in SPEED_PARTS + ("instructions", "sorts")}
     tables = {"sort": sort_table.table(kept["sorts"]), "speed": speed_table.table([kept[name] for name in SPEED_PARTS + ("instructions",)])}
-    for module in (query_table, handling_table, dynamics_table, step_table, instructions_table):
+    for module in (query_table, handling_table, threads_table, dynamics_table, step_table, instructions_table):
         name = module.__name__.removesuffix("_table")
         tables[name] = module.table(kept[name])
+    tables["threads of 16 cores"] = threads_table.table(json.loads((results / "threads-of-16-cores.json").read_text()))
     for name in ("step scenes", "step scenes before"):
         tables[name] = step_scenes_table.table(json.loads((results / f"{name.replace(' ', '-')}.json").read_text()))
     blocks = {

@@ -38,10 +38,10 @@ with 1. Without --skull (hq_skull.mesh, hq_lower.mesh, hq_upper.mesh, hq_soft.me
 (raptorTetra_8418.vtu, raptorTetra_19409.vtu) the rows of these are left out. './dev bench speed' finds scenes, skull
 and raptors itself; './dev bench instructions' compares with the counts kept.)";
 
-constexpr std::array<std::string_view, 7> part_names{"query", "handling", "movers",      "dynamics",
-                                                     "step",  "tissue",   "instructions"};
-constexpr std::array part_makers{query_part, handling_part, movers_part,      dynamics_part,
-                                 step_part,  tissue_part,   instructions_part};
+constexpr std::array<std::string_view, 8> part_names{"query",    "handling", "threads", "movers",
+                                                     "dynamics", "step",     "tissue",  "instructions"};
+constexpr std::array part_makers{query_part,    handling_part, threads_part, movers_part,
+                                 dynamics_part, step_part,     tissue_part,  instructions_part};
 
 struct Options : SpeedEffort {
   fs::path out = fs::path("results") / "bench-speed";

@@ -42,6 +42,7 @@ struct Part {
 
 Part query_part(const SpeedEffort& effort);         ///< points in tets, beside Embree
 Part handling_part(const SpeedEffort& effort);      ///< border edges beside Embree; the whole of a detection
+Part threads_part(const SpeedEffort& effort);       ///< detections and steps by the number of threads
 Part movers_part(const SpeedEffort& effort);        ///< putting movers in order, beside std::sort
 Part dynamics_part(const SpeedEffort& effort);      ///< a step's system and its solution, beside Eigen
 Part step_part(const SpeedEffort& effort);          ///< whole steps, beside SOFA

@@ -133,15 +133,20 @@ Json handling_rows(const Json& cases) {
       rows.push_back(with_verdict({"whole collision handling relative to its contact query, " + name, "ms",
                                    all, contacts, "its contacts", all / contacts}));
     }
-    if (const auto threads = c.find("threads"); threads != c.end()) {
-      const Json& one = threads->at("1 thread");
-      const Json& two = threads->at("2 threads");
-      const auto add = [&](const std::string& work, const char* key) {
-        const std::string row = work + ", 2 threads against 1, " + name;
-        if (has_goal(row)) rows.push_back(with_verdict(faster(row, two.at(key), one.at(key), "1 thread")));
-      };
-      add("whole detection", "detection_ms");
-      add("update of the grid", "grid_ms");
+  }
+  return rows;
+}
+
+Json threads_rows(const Json& cases) {
+  Json rows = Json::array();
+  for (const Json& c : cases) {
+    const Json& one = c.at("times").at(0);
+    const Json& two = c.at("times").at(1);
+    for (const auto& [work, key] : {std::pair("whole detection", "all_ms"), std::pair("whole step", "all_ms"),
+                                    std::pair("update of the grid", "grid_ms")}) {
+      const std::string row =
+          fmt::format("{}, 2 threads against 1, {}", work, c.at("name").get<std::string>());
+      if (has_goal(row)) rows.push_back(with_verdict(faster(row, two.at(key), one.at(key), "1 thread")));
     }
   }
   return rows;

@@ -58,6 +58,7 @@ inline constexpr Goal goals[] = {
     {"dynamics", "product with the matrix relative to reading as much memory: stacking", 70, 85, "%"},
     {"dynamics", "product with the matrix relative to reading as much memory: skull", 70, 85, "%"},
     {"dynamics", "product with the matrix relative to reading as much memory: block", 70, 85, "%"},
+    {"whole", "whole step, 2 threads against 1, falling stack", 1.6, 1.8},
     {"whole", "step of 25 iterations: stacking at rest", 9, 15},
     {"whole", "step of 25 iterations: head", 6, 12},
     {"whole", "step to an error of 1e-3: stacking at rest", 8, 12},
@@ -71,6 +72,7 @@ inline constexpr Goal goals[] = {
 /// Rows for which cases are missing are left out.
 nlohmann::ordered_json query_rows(const nlohmann::ordered_json& cases);
 nlohmann::ordered_json handling_rows(const nlohmann::ordered_json& cases);
+nlohmann::ordered_json threads_rows(const nlohmann::ordered_json& cases);
 nlohmann::ordered_json movers_rows(const nlohmann::ordered_json& cases);
 nlohmann::ordered_json dynamics_rows(const nlohmann::ordered_json& cases);
 nlohmann::ordered_json step_rows(const nlohmann::ordered_json& cases);

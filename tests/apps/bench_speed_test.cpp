@@ -46,7 +46,25 @@ TEST_F(BenchSpeed, QueryFindsWhatEmbreeFinds) {
 }
 
 TEST_F(BenchSpeed, HandlingHasEdgesAndTheWhole) {
-  EXPECT_EQ(measured("handling")["rows"].size(), 4U) << "two with two threads";
+  EXPECT_EQ(measured("handling")["rows"].size(), 2U);
+}
+
+TEST_F(BenchSpeed, ThreadsHaveTheSameResults) {
+  const Json report = measured("threads");
+  EXPECT_EQ(report["rows"].size(), 3U);
+  const Json file = Json::parse(read("out/threads.json"));
+  ASSERT_EQ(file["cases"].size(), 2U)
+      << "the detection and the falling stack; the scene of the eye is not there";
+  for (const Json& c : file["cases"]) {
+    ASSERT_GE(c["times"].size(), 2U) << c;
+    int threads = 1;
+    for (const Json& times : c["times"]) {
+      EXPECT_EQ(times["threads"], threads) << c;
+      const double whole = times["all_ms"];
+      EXPECT_GT(whole, times["depth_ms"].get<double>()) << c;
+      threads *= 2;
+    }
+  }
 }
 
 TEST_F(BenchSpeed, MoversAreSorted) {
@@ -124,7 +142,7 @@ TEST_F(BenchSpeed, HelpTeachesByExamples) {
 TEST_F(BenchSpeed, RefusesWhatIsNotThere) {
   expect_error(2, {"bench", "speed", "--only", "everything"},
                {"--only: found 'everything'",
-                "'query', 'handling', 'movers', 'dynamics', 'step', 'tissue', 'instructions'"});
+                "'query', 'handling', 'threads', 'movers', 'dynamics', 'step', 'tissue', 'instructions'"});
   expect_error(2, {"bench", "speed", "--frames", "0"}, {"--frames: found '0'"});
   expect_error(2, {"bench", "speed", "--skull", "nowhere"}, {"--skull", "nowhere/hq_skull.mesh"});
   expect_error(2, {"bench", "speed", "--scenes", "nowhere"}, {"--scenes", "nowhere/stacking.json"});
