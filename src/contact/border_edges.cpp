@@ -67,7 +67,7 @@ void BorderEdges::find(const parallel::Threads& threads, const Bodies& bodies,
                 for (std::size_t c = begin; c < end; ++c) part(what, c, edge);
                 found.resize(static_cast<std::size_t>(edge - found.data()));
               });
-  lists_.join(edges_);
+  lists_.join(threads, edges_);
 }
 
 }  // namespace palpate

@@ -79,7 +79,7 @@ class CellCrossings final : public CrossingQuery {
                   }
                   keep_room(near, capacity, 2 * near.capacity() + 16);
                 });
-    lists_.join(by_triangle_);
+    lists_.join(problem.frame.threads(), by_triangle_);
     sort_into_rows<EdgeInTriangle>(
         by_triangle_, problem.border.size(), [](const EdgeInTriangle& pair) { return pair.border_edge; },
         row_begin_, found_);

@@ -61,7 +61,7 @@ std::span<ClusterPairs::Found> ClusterPairs::find(const parallel::Threads& threa
                 sweep(begin, end, boxes, pairs, found);
               });
   lists_.make_even_room();
-  lists_.join(found_);
+  lists_.join(threads, found_);
   return found_;
 }
 

@@ -167,7 +167,7 @@ void ClusterQuery::ask_clusters(const parallel::Threads& threads, const PairCont
                           tallies_[before + begin / grain] =
                               ask_chunk(pairs, context, clusters.subspan(begin, end - begin), found);
                         });
-  found_in_chunks_.append(found_, parallel::chunk_count(clusters.size(), grain));
+  found_in_chunks_.append(threads, found_, parallel::chunk_count(clusters.size(), grain));
 }
 
 void ClusterQuery::ask_lists(const parallel::Threads& threads, const PairContext& pairs,
@@ -181,7 +181,7 @@ void ClusterQuery::ask_lists(const parallel::Threads& threads, const PairContext
                           work.run(numbers.subspan(begin, end - begin));
                           tallies_[before + begin / grain] = work.tally();
                         });
-  found_in_chunks_.append(found_, parallel::chunk_count(numbers.size(), grain));
+  found_in_chunks_.append(threads, found_, parallel::chunk_count(numbers.size(), grain));
 }
 
 void ClusterQuery::find(const parallel::Threads& threads, const Bodies& bodies,

@@ -148,7 +148,7 @@ class QueueRun {
       const std::size_t most = allowance.timed() ? rest.end : rest.begin + grain * chunks_at_a_time;
       const QueuePart now{rest.begin, std::min(rest.end, most), rest.fraction};
       ask_chunks(threads, queue, allowance, now, ask);
-      const std::size_t kept = take(queue, allowance, now, tests);
+      const std::size_t kept = take(threads, queue, allowance, now, tests);
       rest.begin += kept * grain;
       if (kept < tallies_.size() || allowance.timed()) break;
     }
@@ -173,10 +173,11 @@ class QueueRun {
   /// Keeps the results of the chunks that a budget in tests allows, including the chunk that exceeds it, and
   /// returns their number. With a budget in time, returns the number of chunks before the first that was not
   /// queried.
-  std::size_t take(ClusterQueue& queue, Allowance& allowance, const QueuePart& now, std::uint64_t& tests) {
+  std::size_t take(const parallel::Threads& threads, ClusterQueue& queue, Allowance& allowance,
+                   const QueuePart& now, std::uint64_t& tests) {
     std::size_t kept = 0;
     if (allowance.timed()) {
-      lists_.append(found_, tallies_.size());
+      lists_.append(threads, found_, tallies_.size());
       for (const QueryTally& tally : tallies_) tally_ += tally;
       const auto answers = queue.answers().subspan(now.begin, now.end - now.begin);
       const auto first_left = std::ranges::find(answers, std::uint8_t{0});
@@ -188,7 +189,7 @@ class QueueRun {
       allowance.spend(spent);
       tally_ += tallies_[kept++];
     }
-    lists_.append(found_, kept);
+    lists_.append(threads, found_, kept);
     const std::size_t end = std::min(now.begin + kept * grain, now.end);
     std::ranges::fill(queue.answers().subspan(end, now.end - end), std::uint8_t{0});
     return kept;

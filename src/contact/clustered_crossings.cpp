@@ -220,7 +220,7 @@ void ClusteredCrossings::search(const Problem& problem) {
                 Work work(tree_, problem, wanted_);
                 tallies_[begin / grain] = work.find(begin, end, found);
               });
-  lists_.join(found_);
+  lists_.join(problem.frame.threads(), found_);
 }
 
 void ClusteredCrossings::map_triangles(const Bodies& bodies) {

@@ -154,7 +154,7 @@ void EdgeContactQuery::find(const parallel::Threads& threads, const Bodies& bodi
                   add_rows(bodies, positions, groups_[g], scratches_[begin / grain], rows);
               });
   make_room(rows_, groups_.size() + spare);
-  lists_.join(rows_);
+  lists_.join(threads, rows_);
   const auto resize = [&](auto& column) {
     make_room(column, rows_.size() + spare);
     column.resize(rows_.size());
@@ -162,7 +162,7 @@ void EdgeContactQuery::find(const parallel::Threads& threads, const Bodies& bodi
   std::apply(
       [&](auto&... column) { (resize(column), ...); },
       std::tie(found.edge, found.body, found.triangles, found.parameters, found.depth, found.direction));
-  for (std::size_t i = 0; i < rows_.size(); ++i) {
+  parallel::for_each(threads, rows_.size(), 8 * grain, [&](std::size_t i) {
     const Row& row = rows_[i];
     found.edge[i] = row.edge;
     found.body[i] = bodies.body_of(at(bodies.triangles(), row.triangles[0]));
@@ -170,7 +170,7 @@ void EdgeContactQuery::find(const parallel::Threads& threads, const Bodies& bodi
     found.parameters[i] = row.parameters;
     found.depth[i] = row.depth;
     found.direction[i] = row.direction;
-  }
+  });
 }
 
 }  // namespace palpate

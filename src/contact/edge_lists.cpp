@@ -37,13 +37,13 @@ void EdgeQuery::free_lost(const Frame& frame) {
     const auto pair = std::ranges::lower_bound(pairs_, bodies, {}, &NearPair::bodies);
     if (pair == pairs_.end() || pair->bodies != bodies) continue;
     ClusterGroups& groups = pair->groups;
-    for (std::size_t i = 0; i < groups.size(); ++i) {
+    parallel::for_each(frame.threads, groups.size(), groups_of_chunk, [&](std::size_t i) {
       const auto [a, b] = groups.clusters(i);
-      if (!lost_.has_lost(a) && !lost_.has_lost(b)) continue;
+      if (!lost_.has_lost(a) && !lost_.has_lost(b)) return;
       const auto list = std::span(near_.apart).subspan(groups.begin[i], groups.listed[i]);
       std::ranges::replace(list, simd::apart_by_contact, 0.0F);
       groups.apart[i] = 0.0F;
-    }
+    });
   }
 }
 
@@ -64,7 +64,7 @@ void EdgeQuery::choose_tasks(const Frame& frame) {
         }
       });
   task_lists_.make_even_room();
-  task_lists_.join(tasks_);
+  task_lists_.join(frame.threads, tasks_);
 }
 
 /// Moves some groups of a pair: those at `places` in the order of the search.
@@ -116,7 +116,7 @@ void EdgeQuery::list_some(const Frame& frame, std::span<const std::size_t> tasks
                        tasks_[i].is_listed = true;
                      }
                    });
-  take_lists(tasks);
+  take_lists(frame.threads, tasks);
 }
 
 void EdgeQuery::list(const Task& task, FacingClusters& facing, std::vector<NearEdge>& found) {
@@ -141,12 +141,14 @@ void EdgeQuery::list(const Task& task, FacingClusters& facing, std::vector<NearE
 }
 
 /// Stores the new lists.
-void EdgeQuery::take_lists(std::span<const std::size_t> tasks) {
+void EdgeQuery::take_lists(const parallel::Threads& threads, std::span<const std::size_t> tasks) {
   std::size_t begin = near_.size();
   const std::size_t chunks = parallel::chunk_count(tasks.size(), listed_of_chunk);
+  std::array<std::size_t, listed_at_once / listed_of_chunk> places;
   std::size_t size = 0;
   std::size_t longest = 0;
   for (std::size_t chunk = 0; chunk < chunks; ++chunk) {
+    places[chunk] = begin + size;
     size += near_lists_.list(chunk).size();
     longest = std::max(longest, near_lists_.list(chunk).size());
   }
@@ -154,7 +156,9 @@ void EdgeQuery::take_lists(std::span<const std::size_t> tasks) {
     near_.make_room(2 * (begin + size));
     kept_.make_room(2 * (begin + size));
   }
-  for (std::size_t chunk = 0; chunk < chunks; ++chunk) near_.append(near_lists_.list(chunk));
+  near_.grow(size);
+  parallel::for_each(threads, chunks, 4,
+                     [&](std::size_t chunk) { near_.put(places[chunk], near_lists_.list(chunk)); });
   if (longest > longest_list_) longest_list_ = 2 * longest;
   constexpr std::size_t most_chunks = listed_at_once / listed_of_chunk;
   near_lists_.make_room_in_all(std::min(chunks + chunks / 2 + 4, most_chunks), longest_list_);
@@ -276,7 +280,7 @@ void EdgeQuery::test_groups(const Frame& frame) {
                 tests.finish();
               });
   make_room(found_, frame.contacts.size());
-  lists_.join(found_);
+  lists_.join(frame.threads, found_);
 }
 
 }  // namespace palpate

@@ -99,7 +99,7 @@ class EdgeQuery {
   void list_groups(const Frame& frame);
   void list(const Task& task, FacingClusters& facing, std::vector<NearEdge>& found);
   void list_some(const Frame& frame, std::span<const std::size_t> tasks, std::size_t first);
-  void take_lists(std::span<const std::size_t> tasks);
+  void take_lists(const parallel::Threads& threads, std::span<const std::size_t> tasks);
   void drop_unused();
   void test_groups(const Frame& frame);
   [[nodiscard]] static bool is_folded(const Frame& frame, const EdgeTriangle& pair);

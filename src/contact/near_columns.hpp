@@ -84,12 +84,14 @@ class NearEdges {
     apart.resize(size);
   }
   void clear() { size_ = 0; }
-  /// Only where there is room.
-  void append(std::span<const NearEdge> list) {
+  /// Adds items without values, only where there is room.
+  void grow(std::size_t size) { size_ += size; }
+  /// Sets items from number `begin` on.
+  void put(std::size_t begin, std::span<const NearEdge> list) {
     for (const NearEdge& near : list) {
-      edge[size_] = near.pair.edge;
-      triangle[size_] = near.pair.triangle;
-      apart[size_++] = near.apart;
+      edge[begin] = near.pair.edge;
+      triangle[begin] = near.pair.triangle;
+      apart[begin++] = near.apart;
     }
   }
   void append(const NearEdges& other, std::size_t begin, std::size_t size) {

@@ -66,7 +66,7 @@ void NearLists::make(const parallel::Threads& threads, const LookupContext& cont
                         [&](std::size_t begin, std::size_t end, std::vector<Index>& list) {
                           list_chunk(context, begin, end, list);
                         });
-  lists_of_chunks_.join(points_);
+  lists_of_chunks_.join(threads, points_);
   for (std::size_t c = 0; c < n; ++c) begin_[c + 1] += begin_[c];
   is_stale_.assign(n, 0);
   stale_.clear();

@@ -61,7 +61,7 @@ class PointsInTets {
           }
           tallies_[begin / grain] = tally;
         });
-    lists_.join(found_);
+    lists_.join(threads, found_);
   }
 
   /// The points in tets, sorted by tet.

@@ -218,7 +218,7 @@ void SweptQuery::find_cluster_pairs(const Step& step) {
           }
         }
       });
-  pair_lists_.join(pairs_);
+  pair_lists_.join(step.threads, pairs_);
 }
 
 void SweptQuery::test_pairs(const Step& step) {
@@ -233,7 +233,7 @@ void SweptQuery::test_pairs(const Step& step) {
                   test_edges(step, pairs_[i], list, tested);
                 }
               });
-  lists_.join(contacts_);
+  lists_.join(step.threads, contacts_);
   std::sort(contacts_.begin(), contacts_.end(), [](const SweptContact& a, const SweptContact& b) {
     return std::tie(a.kind, a.first, a.second) < std::tie(b.kind, b.first, b.second);
   });

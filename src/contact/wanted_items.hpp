@@ -61,7 +61,7 @@ class WantedItems {
                   }
                 });
     const std::size_t before = listed_.size();
-    lists_.append(listed_, parallel::chunk_count(marks_.size(), grain));
+    lists_.append(threads, listed_, parallel::chunk_count(marks_.size(), grain));
     return std::span<const Index>(listed_).subspan(before);
   }
 

@@ -77,7 +77,7 @@ void CuckooGrid::split_clashes(const parallel::Threads& threads) {
                         if (clash) list.push_back(static_cast<std::uint32_t>(w));
                       }
                     });
-  clash_lists_.join(clashes_);
+  clash_lists_.join(threads, clashes_);
   const auto by_hash = [](std::uint64_t a, std::uint64_t b) { return hash_in(a) < hash_in(b); };
   const auto by_cell = [&](std::uint64_t a, std::uint64_t b) {
     return cell(a) != cell(b) ? cell(a) < cell(b) : a < b;
@@ -105,7 +105,7 @@ void CuckooGrid::find_keys(const parallel::Threads& threads) {
     }
     if (end == n) list.push_back({no_cell, static_cast<std::uint32_t>(n), 0});
   });
-  key_lists_.join(keys_);
+  key_lists_.join(threads, keys_);
   if (n == 0) keys_.push_back({no_cell, 0, 0});
   counts_.cells = keys_.size() - 1;
   resize_with_room(homeless_, counts_.cells);

@@ -18,6 +18,9 @@ namespace {
 /// How often a thread polls for work, or for the end of the others' work, before it yields: some ten
 /// microseconds, longer than from one loop of a step to the next.
 constexpr int spins = 2000;
+/// How often an idle thread then yields before it sleeps: some hundred microseconds, longer than the work
+/// between two loops of a step. To wake it costs the caller ten microseconds or more.
+constexpr int yields = 400;
 
 void pause() {
 #if defined(__x86_64__) || defined(__i386__)
@@ -29,16 +32,21 @@ void pause() {
 
 /// The threads beside the caller, and the loop that they work on.
 ///
-/// `ticket_` holds the number of the loop (high half) and its next chunk (low half). A chunk is claimed by
-/// raising the ticket from a value that was read; this fails once the loop is over, because its ticket is
-/// closed before anything of the next loop is written. So a thread that has claimed a chunk has the right
-/// function.
+/// The chunks of a loop are cut into parts of consecutive ones, one for each thread. A thread first does its
+/// own part, from the front: in the next loop over the same data it has the same chunks, which are in its
+/// cache. Then it takes chunks of the others' parts, from the back, so that no thread that the system has
+/// suspended is waited for but for the chunk that it is at.
+///
+/// A part is a pair of numbers in one atomic word: the chunks that nobody has taken. A chunk belongs to the
+/// thread that has changed this word from what it has read. It reads the function after that. Until it has
+/// told that the chunk is done, the loop is not over, and the function stays. So it does not matter if the
+/// word that it has read was of an earlier loop.
 class Threads::Team {
  public:
-  explicit Team(int workers) {
+  explicit Team(int workers) : parts_(static_cast<std::size_t>(workers) + 1) {
     workers_.reserve(static_cast<std::size_t>(workers));
     try {
-      for (int i = 0; i < workers; ++i) workers_.emplace_back([this] { work(); });
+      for (std::size_t i = 1; i < parts_.size(); ++i) workers_.emplace_back([this, i] { work(i); });
     } catch (const std::system_error&) {
       // The system gives no more threads. The existing ones do the work, with the same result.
     }
@@ -60,11 +68,16 @@ class Threads::Team {
     function_.store(function, std::memory_order_relaxed);
     context_.store(context, std::memory_order_relaxed);
     done_.store(0, std::memory_order_relaxed);
-    chunks_.store(chunks, std::memory_order_release);
-    ++loop_;
-    ticket_.store(std::uint64_t{loop_} << 32, std::memory_order_release);
+    const auto parts = std::min(static_cast<std::uint32_t>(workers_.size() + 1), chunks);
+    std::uint32_t end = 0;
+    for (std::uint32_t i = 0; i < parts; ++i) {
+      const std::uint32_t begin = end;
+      end += chunks / parts + (i < chunks % parts ? 1 : 0);
+      parts_[i].left.store(Left{begin, end}.word(), std::memory_order_release);
+    }
+    part_count_.store(parts, std::memory_order_release);
     wake();
-    claim_chunks();
+    do_chunks(0, parts);
     for (int i = 0; done_.load(std::memory_order_acquire) != chunks; ++i) {
       if (i < spins) {
         pause();
@@ -72,52 +85,72 @@ class Threads::Team {
         std::this_thread::yield();
       }
     }
-    ticket_.store(std::uint64_t{loop_} << 32 | closed, std::memory_order_release);
     return true;
   }
 
  private:
-  static constexpr std::uint64_t closed = std::numeric_limits<std::uint32_t>::max();
+  /// Chunks that nobody has taken.
+  struct Left {
+    std::uint32_t begin;
+    std::uint32_t end;
+    static Left of(std::uint64_t word) {
+      return {static_cast<std::uint32_t>(word >> 32), static_cast<std::uint32_t>(word)};
+    }
+    [[nodiscard]] std::uint64_t word() const { return std::uint64_t{begin} << 32 | end; }
+  };
+  struct alignas(64) Part {
+    std::atomic<std::uint64_t> left{0};
+  };
 
   void wake() {
     calls_.fetch_add(1, std::memory_order_release);
     calls_.notify_all();
   }
 
-  /// Claims and runs chunks of the current loop until none is left.
-  void claim_chunks() {
-    std::uint64_t ticket = ticket_.load(std::memory_order_acquire);
-    while ((ticket & closed) < chunks_.load(std::memory_order_acquire)) {
-      if (!ticket_.compare_exchange_weak(ticket, ticket + 1, std::memory_order_acq_rel,
-                                         std::memory_order_acquire)) {
+  /// Does the chunks of a part that are left; returns how many.
+  std::uint32_t do_part(Part& part, bool from_front) {
+    std::uint32_t done = 0;
+    std::uint64_t word = part.left.load(std::memory_order_acquire);
+    while (true) {
+      Left left = Left::of(word);
+      if (left.begin == left.end) return done;
+      const std::uint32_t chunk = from_front ? left.begin++ : --left.end;
+      if (!part.left.compare_exchange_weak(word, left.word(), std::memory_order_acq_rel,
+                                           std::memory_order_acquire)) {
         continue;
       }
-      function_.load(std::memory_order_relaxed)(context_.load(std::memory_order_relaxed), ticket & closed);
-      done_.fetch_add(1, std::memory_order_release);
-      ticket = ticket_.load(std::memory_order_acquire);
+      function_.load(std::memory_order_relaxed)(context_.load(std::memory_order_relaxed), chunk);
+      ++done;
+      word = part.left.load(std::memory_order_acquire);
     }
   }
 
-  void work() {
+  /// Does chunks of the current loop until all are taken.
+  void do_chunks(std::size_t own, std::size_t parts) {
+    std::uint32_t done = 0;
+    for (std::size_t i = 0; i < parts; ++i) done += do_part(parts_[(own + i) % parts], i == 0);
+    if (done > 0) done_.fetch_add(done, std::memory_order_release);
+  }
+
+  void work(std::size_t own) {
     std::uint32_t seen = 0;
     while (!stop_.load(std::memory_order_relaxed)) {
-      claim_chunks();
-      int idle = 0;
-      while (calls_.load(std::memory_order_acquire) == seen && idle < spins) {
-        pause();
-        ++idle;
-      }
-      if (idle == spins) calls_.wait(seen, std::memory_order_acquire);
+      // Of a loop with few chunks, other threads do not even look at the parts.
+      const std::size_t parts = part_count_.load(std::memory_order_acquire);
+      if (own < parts) do_chunks(own, parts);
+      const auto is_idle = [&] { return calls_.load(std::memory_order_acquire) == seen; };
+      for (int i = 0; i < spins && is_idle(); ++i) pause();
+      for (int i = 0; i < yields && is_idle(); ++i) std::this_thread::yield();
+      if (is_idle()) calls_.wait(seen, std::memory_order_acquire);
       seen = calls_.load(std::memory_order_acquire);
     }
   }
 
-  std::mutex mutex_;  ///< held by the caller of run()
-  std::uint32_t loop_ = 0;
-  alignas(64) std::atomic<std::uint64_t> ticket_{closed};
+  std::mutex mutex_;         ///< held by the caller of run()
+  std::vector<Part> parts_;  ///< of the caller and of each worker
   alignas(64) std::atomic<std::uint32_t> done_{0};
   alignas(64) std::atomic<std::uint32_t> calls_{0};  ///< changes with every loop: what idle threads wait for
-  std::atomic<std::uint32_t> chunks_{0};
+  std::atomic<std::uint32_t> part_count_{0};         ///< of the current loop
   std::atomic<Function> function_{nullptr};
   std::atomic<void*> context_{nullptr};
   std::atomic<bool> stop_{false};

@@ -10,7 +10,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t grain = 64;
+constexpr std::size_t grain = 16;
 // Cosines of the angle between surface normal and contact direction. Above the first the surface is a face;
 // below the second it is a side.
 constexpr double faces_along = 0.95;
@@ -224,7 +224,7 @@ void EdgeResponse::list(const Frame& frame) {
               [&](std::size_t begin, std::size_t end, std::vector<Row>& rows) {
                 for (std::size_t c = begin; c < end; ++c) add_edge_contact(frame, c, numbers_[c], rows);
               });
-  lists_.join(rows_);
+  lists_.join(frame.threads, rows_);
   at_rims_.clear();
   make_room(at_rims_, frame.table.size());
   for (std::size_t c = 0; c < contacts.size(); ++c) {
@@ -239,7 +239,7 @@ void EdgeResponse::list(const Frame& frame) {
                 for (std::size_t i = begin; i < end; ++i)
                   add_rim_edges(frame, static_cast<std::size_t>(at_rims_[i]), searches_[begin / grain], rows);
               });
-  lists_.append(rows_, chunks);
+  lists_.append(frame.threads, rows_, chunks);
   std::ranges::sort(rows_, {}, [](const Row& row) { return row.end.key(); });
 }
 

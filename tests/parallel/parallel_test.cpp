@@ -73,6 +73,24 @@ TEST(Threads, AllTakePartWhereTheWorkIsLong) {
   EXPECT_EQ(most.load(), 4);
 }
 
+/// Each thread begins with its own part of the chunks. A chunk in the middle waits for all others.
+TEST(Threads, OthersDoTheChunksOfAThreadThatIsHeldUp) {
+  for (const int count : {2, 3, 5}) {
+    const Threads threads(count);
+    for (const std::size_t held : {std::size_t{0}, std::size_t{8}, std::size_t{15}}) {
+      std::atomic<int> done{0};
+      bool in_time = false;
+      threads.run(16, [&](std::size_t chunk) {
+        for (int i = 0; chunk == held && i < 10000 && done.load() < 15; ++i)
+          std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        if (chunk == held) in_time = done.load() == 15;
+        done.fetch_add(1);
+      });
+      EXPECT_TRUE(in_time) << count << " threads, chunk " << held;
+    }
+  }
+}
+
 TEST(Threads, SharedByTwoCallersAtOnceDoAllChunks) {
   const Threads threads(3);
   std::atomic<long> total{0};
@@ -133,16 +151,20 @@ TEST(ChunkedList, JoinsInTheOrderOfTheItems) {
   std::vector<std::size_t> joined;
   ChunkedList<std::size_t> list;
   for (const int count : {1, 3}) {
-    for (const std::size_t items : {1000U, 10U, 0U, 500U}) {
-      list.fill(Threads(count), items, 7,
-                [](std::size_t begin, std::size_t end, std::vector<std::size_t>& own) {
-                  for (std::size_t i = begin; i < end; ++i) {
-                    if (i % 3 == 0) own.push_back(i);
-                  }
-                });
-      list.join(joined);
-      ASSERT_EQ(joined.size(), (items + 2) / 3);
-      for (std::size_t i = 0; i < joined.size(); ++i) ASSERT_EQ(joined[i], 3 * i);
+    const Threads threads(count);
+    for (const std::size_t items : {1000U, 10U, 0U, 500U, 100000U}) {
+      list.fill(threads, items, 7, [](std::size_t begin, std::size_t end, std::vector<std::size_t>& own) {
+        for (std::size_t i = begin; i < end; ++i) {
+          if (i % 3 == 0) own.push_back(i);
+        }
+      });
+      list.join(threads, joined);
+      const std::size_t found = (items + 2) / 3;
+      ASSERT_EQ(joined.size(), found);
+      for (std::size_t i = 0; i < found; ++i) ASSERT_EQ(joined[i], 3 * i);
+      list.append(threads, joined, chunk_count(items, 7));
+      ASSERT_EQ(joined.size(), 2 * found);
+      for (std::size_t i = 0; i < 2 * found; ++i) ASSERT_EQ(joined[i], 3 * (i % found));
     }
   }
 }

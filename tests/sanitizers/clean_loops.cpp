@@ -21,7 +21,7 @@ int main() {
     chunks.fill(
         threads, values.size(), 1000,
         [](std::size_t begin, std::size_t, std::vector<std::size_t>& list) { list.push_back(begin); });
-    chunks.join(begins);
+    chunks.join(threads, begins);
     if (begins.size() != 100 || begins[99] != 99000) return 1;
   }
   return 0;
