@@ -20,7 +20,7 @@ OurDynamics::OurDynamics(const Bodies& bodies, const Material& material,
       solution(free.size()) {
   const double scale = time_step * (material.stiffness_damping + time_step);
   elements.set_factors(std::vector<double>(static_cast<std::size_t>(elements.size()), scale));
-  couplings.set({}, time_step, free);
+  couplings.set(parallel::Threads(1), {}, time_step, free);
 }
 
 void OurDynamics::update(const parallel::Threads& threads, std::span<const Vec3> positions) {

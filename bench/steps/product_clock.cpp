@@ -40,7 +40,7 @@ ProductClock::ProductClock(const Model& model, double time_step, int threads)
   std::vector<double> masses = fem::lumped_masses(model.bodies, materials_of(model));
   for (double& mass : masses) mass = std::max(mass, 1e-12);
   matrix_.assemble(threads_, masses);
-  couplings_.set({}, time_step, free_);
+  couplings_.set(parallel::Threads(1), {}, time_step, free_);
   system_.update_preconditioner(threads_);
   // 1 where there is a row: products of zeros would cost the same, but those of tiny numbers more.
   for (const Index row : matrix_.row_of_point())

@@ -8,7 +8,7 @@
 namespace palpate::fem {
 namespace {
 
-constexpr std::size_t node_grain = 256;
+constexpr std::size_t node_grain = 32;
 constexpr int cycles = 2;  // Gauss-Seidel cycles in a solve of a level
 
 }  // namespace
@@ -96,7 +96,10 @@ void CoarseLevel::correct(const parallel::Threads& threads, std::span<CoarseLeve
   parallel::for_chunks(threads, size(), node_grain, [&](std::size_t begin, std::size_t end, std::size_t) {
     simd::residual_above(a, change.data(), residual_.data(), begin, end);
   });
-  simd::multiply_six(restriction_.rows(), residual_.data(), next.right_side_.data(), 0, next.size());
+  parallel::for_chunks(
+      threads, next.size(), node_grain, [&](std::size_t begin, std::size_t end, std::size_t) {
+        simd::multiply_six(restriction_.rows(), residual_.data(), next.right_side_.data(), begin, end);
+      });
   next.solve(threads, below.subspan(1));
   parallel::for_chunks(threads, size(), node_grain, [&](std::size_t begin, std::size_t end, std::size_t) {
     simd::add_six(transfer_.rows(), next.solution_.data(), solution_.data(), begin, end);

@@ -35,12 +35,12 @@ void ContactSolver::shrink(Run& run) {
     mass(i + 1, 0) = row[size - kept + i];
   }
   mass(0, 0) = square;
-  reduced_.compress(change, kept);
-  std::ranges::copy(residual_, base_residual_.begin());
+  reduced_.compress(run.threads, change, kept);
   project_guess(run);
 }
 
-/// Moves the last step to the first place and the last directions after it, with their products.
+/// Moves the last step to the first place and the last directions after it, with their products. The residual
+/// becomes that at c = 0.
 void ContactSolver::move_directions(const Run& run, std::size_t kept) {
   const auto change = reduced_.change();
   const std::size_t size = reduced_.directions();
@@ -50,6 +50,7 @@ void ContactSolver::move_directions(const Run& run, std::size_t kept) {
       run.threads, slices, slice_grain, [&](std::size_t begin, std::size_t end, std::size_t) {
         const std::size_t from = simd::slice_values * begin;
         const std::size_t count = simd::slice_values * (end - begin);
+        std::copy_n(&residual_[from], count, &base_residual_[from]);
         alignas(64) ChunkOfRows sum;
         for (float* list : {directions_.data(), products_.data()}) {
           const auto part = [&](std::size_t d) { return list + values_ * d + from; };

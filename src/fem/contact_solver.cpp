@@ -150,7 +150,7 @@ void ContactSolver::renew_preconditioner(Run& run) {
     linearise(run.problem.laws[k], run.problem.friction, reduced_.velocity(k), contacts[k]);
   });
   LinearSystem& system = *run.problem.stiffened;
-  system.couplings().set(run.problem.couplings, run.problem.friction.time_step, system.free());
+  system.couplings().set(run.threads, run.problem.couplings, run.problem.friction.time_step, system.free());
   system.update_preconditioner(run.threads);
   if (!run.report.multigrid) return;
   run.multigrid.begin_step();

@@ -100,6 +100,7 @@ class ContactSolver {
     return masses_[ReducedStep::max_directions * i + j];
   }
 
+  std::vector<Vec3> impulses_;  ///< of the contacts, scratch
   ReducedStep reduced_;
   InnerSolve inner_;
   bool multigrid_ = false;         ///< the last solve ended with multigrid

@@ -54,25 +54,24 @@ void ContactSolver::find_residual(const Run& run) {
   });
 }
 
-/// with_contacts_ = residual plus the impulses of the contacts at x. Returns its norm. O(contacts); sums are
-/// in the order of the contacts.
+/// with_contacts_ = residual plus the impulses of the contacts at x. Returns its norm. O(points + contacts),
+/// parallel; the sum at a point is in the order of the contacts.
 double ContactSolver::add_contacts(const Run& run) {
   const auto contacts = run.contacts();
-  std::ranges::copy(true_residual_, with_contacts_.begin());
-  for (std::size_t k = 0; k < contacts.size(); ++k) {
+  resize_with_room(impulses_, contacts.size());
+  parallel::for_each(run.threads, contacts.size(), contact_grain, [&](std::size_t k) {
     const ContactLaw& law = run.problem.laws[k];
     const Vec3 u = run.relative_velocity(contacts[k]);
-    const Vec3 impulse =
+    impulses_[k] =
         run.problem.friction.time_step * contact_force(law, run.problem.friction, u).whole(law.direction);
-    for (std::size_t i = 0; i < 5; ++i) {
-      const Index point = contacts[k].points[i];
-      if (point < 0 || at(run.problem.system->free(), point) == 0) continue;
-      simd::Padded3& r = at(with_contacts_, point);
-      r = padded(unpadded(r) + contacts[k].coefficients[i] * impulse);
-    }
-  }
-  return std::sqrt(parallel::sum(run.threads, with_contacts_.size(), partial_,
-                                 [&](std::size_t i) { return squared_length(unpadded(with_contacts_[i])); }));
+  });
+  const CouplingSystem& couplings = run.problem.stiffened->couplings();
+  const std::size_t first = couplings.size() - contacts.size();
+  return std::sqrt(parallel::sum(run.threads, with_contacts_.size(), partial_, [&](std::size_t i) {
+    const Vec3 sum = couplings.added(unpadded(true_residual_[i]), static_cast<Index>(i), impulses_, first);
+    with_contacts_[i] = padded(sum);
+    return squared_length(sum);
+  }));
 }
 
 void ContactSolver::load(Run& run) {

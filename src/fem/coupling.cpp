@@ -11,6 +11,7 @@ namespace palpate::fem {
 namespace {
 
 constexpr std::size_t coupling_grain = 256;
+constexpr std::size_t point_grain = 1024;
 
 }  // namespace
 
@@ -27,16 +28,28 @@ Vec3 end_force(const Coupling& coupling, double time_step, std::span<const Vec3>
   return coupling.force - resistance * relative(coupling, velocities_end);
 }
 
-void CouplingSystem::set(std::span<const Coupling> couplings, double time_step,
-                         std::span<const std::uint8_t> free) {
-  couplings_ = couplings;
-  resize_with_room(weights_, couplings.size());
-  resize_with_room(products_, couplings.size());
+/// Takes over which points are joined. Returns whether that has changed.
+bool CouplingSystem::take_joints(const parallel::Threads& threads) {
+  const bool as_many = joints_.size() == couplings_.size();
+  resize_with_room(joints_, couplings_.size());
+  assign_with_room(changed_, parallel::chunk_count(joints_.size(), coupling_grain), std::uint8_t{0});
+  parallel::for_chunks(threads, joints_.size(), coupling_grain,
+                       [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+                         for (std::size_t c = begin; c < end; ++c) {
+                           const Joint now{couplings_[c].points, couplings_[c].coefficients};
+                           if (as_many && now == joints_[c]) continue;
+                           joints_[c] = now;
+                           changed_[chunk] = 1;
+                         }
+                       });
+  return !as_many || std::ranges::find(changed_, 1) != changed_.end();
+}
+
+/// Lists the couplings of each free point.
+void CouplingSystem::list_entries(std::span<const std::uint8_t> free) {
   begin_.assign(free.size() + 1, 0);
-  for (std::size_t c = 0; c < couplings.size(); ++c) {
-    const Coupling& coupling = couplings[c];
-    weights_[c] = time_step * (coupling.damping + time_step * coupling.stiffness);
-    for (const Index point : coupling.points) {
+  for (const Joint& joint : joints_) {
+    for (const Index point : joint.points) {
       assert(point < static_cast<Index>(free.size()));
       if (point >= 0 && at(free, point) != 0) ++at(begin_, point + 1);
     }
@@ -44,13 +57,27 @@ void CouplingSystem::set(std::span<const Coupling> couplings, double time_step,
   for (std::size_t i = 1; i < begin_.size(); ++i) begin_[i] += begin_[i - 1];
   next_.assign(begin_.begin(), begin_.end() - 1);
   resize_with_room(entries_, static_cast<std::size_t>(begin_.back()));
-  for (std::size_t c = 0; c < couplings.size(); ++c) {
+  for (std::size_t c = 0; c < joints_.size(); ++c) {
     for (std::size_t k = 0; k < 5; ++k) {
-      const Index point = couplings[c].points[k];
+      const Index point = joints_[c].points[k];
       if (point >= 0 && at(free, point) != 0)
-        at(entries_, at(next_, point)++) = {static_cast<Index>(c), couplings[c].coefficients[k]};
+        at(entries_, at(next_, point)++) = {static_cast<Index>(c), joints_[c].coefficients[k]};
     }
   }
+}
+
+void CouplingSystem::set(const parallel::Threads& threads, std::span<const Coupling> couplings,
+                         double time_step, std::span<const std::uint8_t> free) {
+  couplings_ = couplings;
+  if (take_joints(threads) || begin_.empty()) {
+    list_entries(free);
+    is_ordered_ = false;
+  }
+  resize_with_room(weights_, couplings.size());
+  resize_with_room(products_, couplings.size());
+  parallel::for_each(threads, couplings.size(), coupling_grain, [&](std::size_t c) {
+    weights_[c] = time_step * (couplings[c].damping + time_step * couplings[c].stiffness);
+  });
 }
 
 void CouplingSystem::multiply(const parallel::Threads& threads, std::span<const simd::Padded3> x) {
@@ -72,10 +99,38 @@ Vec3 CouplingSystem::product(Index point) const {
   return sum;
 }
 
-void CouplingSystem::order(std::span<const Index> row_of_point, std::size_t row_count) {
-  resize_with_room(terms_, couplings_.size());
-  resize_with_room(row_products_, couplings_.size());
-  for (std::size_t c = 0; c < couplings_.size(); ++c) {
+/// Puts what does not depend on values into the order of rows.
+void CouplingSystem::order_entries(const parallel::Threads& threads, std::span<const Index> row_of_point,
+                                   std::size_t row_count) {
+  resize_with_room(terms_, joints_.size());
+  resize_with_room(row_products_, joints_.size());
+  parallel::for_each(threads, joints_.size(), coupling_grain, [&](std::size_t c) {
+    for (std::size_t k = 0; k < 5; ++k) {
+      const Index point = joints_[c].points[k];
+      const Index row = point >= 0 ? at(row_of_point, point) : -1;
+      terms_[c].coefficients[k] = row >= 0 ? static_cast<float>(joints_[c].coefficients[k]) : 0.0F;
+      terms_[c].rows[k] = std::max(row, 0);
+    }
+  });
+  assign_with_room(row_begin_, row_count + 1, 0);
+  for (std::size_t point = 0; point < row_of_point.size(); ++point) {
+    if (row_of_point[point] >= 0) at(row_begin_, row_of_point[point] + 1) = begin_[point + 1] - begin_[point];
+  }
+  for (std::size_t row = 0; row < row_count; ++row) row_begin_[row + 1] += row_begin_[row];
+  resize_with_room(row_entries_, entries_.size());
+  parallel::for_each(threads, row_of_point.size(), point_grain, [&](std::size_t point) {
+    if (row_of_point[point] < 0) return;
+    Index next = at(row_begin_, row_of_point[point]);
+    for (const Entry& entry : entries(static_cast<Index>(point)))
+      at(row_entries_, next++) = {entry.coupling, static_cast<float>(entry.coefficient)};
+  });
+  is_ordered_ = true;
+}
+
+void CouplingSystem::order(const parallel::Threads& threads, std::span<const Index> row_of_point,
+                           std::size_t row_count) {
+  if (!is_ordered_) order_entries(threads, row_of_point, row_count);
+  parallel::for_each(threads, couplings_.size(), coupling_grain, [&](std::size_t c) {
     const SymmetricMatrix3& w = weights_[c];
     const auto column = [&](std::size_t k, double x, double y, double z) {
       terms_[c].weights[4 * k] = static_cast<float>(x);
@@ -85,25 +140,7 @@ void CouplingSystem::order(std::span<const Index> row_of_point, std::size_t row_
     column(0, w.xx, w.xy, w.xz);
     column(1, w.xy, w.yy, w.yz);
     column(2, w.xz, w.yz, w.zz);
-    for (std::size_t k = 0; k < 5; ++k) {
-      const Index point = couplings_[c].points[k];
-      const Index row = point >= 0 ? at(row_of_point, point) : -1;
-      terms_[c].coefficients[k] = row >= 0 ? static_cast<float>(couplings_[c].coefficients[k]) : 0.0F;
-      terms_[c].rows[k] = std::max(row, 0);
-    }
-  }
-  assign_with_room(row_begin_, row_count + 1, 0);
-  for (std::size_t point = 0; point < row_of_point.size(); ++point) {
-    if (row_of_point[point] >= 0) at(row_begin_, row_of_point[point] + 1) = begin_[point + 1] - begin_[point];
-  }
-  for (std::size_t row = 0; row < row_count; ++row) row_begin_[row + 1] += row_begin_[row];
-  resize_with_room(row_entries_, entries_.size());
-  for (std::size_t point = 0; point < row_of_point.size(); ++point) {
-    if (row_of_point[point] < 0) continue;
-    Index next = at(row_begin_, row_of_point[point]);
-    for (const Entry& entry : entries(static_cast<Index>(point)))
-      at(row_entries_, next++) = {entry.coupling, static_cast<float>(entry.coefficient)};
-  }
+  });
 }
 
 void CouplingSystem::multiply(const parallel::Threads& threads, std::span<const simd::Quad> x) {
@@ -142,6 +179,14 @@ SymmetricMatrix3 CouplingSystem::diagonal_block(Index point) const {
     sum = sum + square * weight(static_cast<std::size_t>(entry.coupling));
   }
   return sum;
+}
+
+Vec3 CouplingSystem::added(Vec3 start, Index point, std::span<const Vec3> values, std::size_t first) const {
+  for (const Entry& entry : entries(point)) {
+    const auto coupling = static_cast<std::size_t>(entry.coupling);
+    if (coupling >= first) start += entry.coefficient * values[coupling - first];
+  }
+  return start;
 }
 
 Vec3 CouplingSystem::start_force(Index point) const {

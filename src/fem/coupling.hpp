@@ -39,22 +39,27 @@ struct Coupling {
 /// coefficients of coupling c, restricted to the free points. It is never assembled.
 ///
 /// A product has two phases: each coupling computes its own vector, then each point adds up the vectors of
-/// its couplings, in ascending order. Keeps its memory between steps.
+/// its couplings, in ascending order. The lists of who is coupled with whom are kept until points or
+/// coefficients change, that is, until the next detection; all solves until then only renew values. Keeps its
+/// memory between steps.
 class CouplingSystem {
  public:
-  /// Sets the couplings of a step. The span must stay valid until the next call. O(n_points + n_couplings).
-  /// \param free  (n_points) 1: free. All points of couplings must be in [0, n_points)
-  void set(std::span<const Coupling> couplings, double time_step, std::span<const std::uint8_t> free);
+  /// Sets the couplings of a step. The span must stay valid until the next call. O(n_couplings), parallel;
+  /// O(n_points + n_couplings) where points or coefficients are others than before.
+  /// \param free  (n_points) 1: free; the same in all calls. All points of couplings must be in [0, n_points)
+  void set(const parallel::Threads& threads, std::span<const Coupling> couplings, double time_step,
+           std::span<const std::uint8_t> free);
 
   [[nodiscard]] std::size_t size() const { return couplings_.size(); }
   /// Phase 1 of W x in double, for x of (n_points).
   void multiply(const parallel::Threads& threads, std::span<const simd::Padded3> x);
   /// Phase 2: the row of W x of a free point.
   [[nodiscard]] Vec3 product(Index point) const;
-  /// Prepares products in float, of vectors in this order. O(n_rows + n_couplings).
-  /// \param row_of_point  (n_points), -1: no row
+  /// Prepares products in float, of vectors in this order. O(n_couplings), parallel; O(n_rows + n_couplings)
+  /// where points or coefficients are others than in the last call.
+  /// \param row_of_point  (n_points), -1: no row; the same in all calls
   /// \param row_count  number of rows, including padding
-  void order(std::span<const Index> row_of_point, std::size_t row_count);
+  void order(const parallel::Threads& threads, std::span<const Index> row_of_point, std::size_t row_count);
   /// Phase 1 in float, in the order given to order(); also prepares phase 2.
   void multiply(const parallel::Threads& threads, std::span<const simd::Quad> x);
   [[nodiscard]] simd::CouplingRows rows() const;
@@ -67,6 +72,9 @@ class CouplingSystem {
   [[nodiscard]] bool holds(Index point) const { return at(begin_, point + 1) > at(begin_, point); }
   /// The diagonal block of W at a free point.
   [[nodiscard]] SymmetricMatrix3 diagonal_block(Index point) const;
+  /// A start plus coefficient times value, for each coupling from number `first` on that holds a point.
+  /// \param values  of the couplings from `first` on
+  [[nodiscard]] Vec3 added(Vec3 start, Index point, std::span<const Vec3> values, std::size_t first) const;
   /// Sum of the couplings' forces at the start of the step on a free point, N.
   [[nodiscard]] Vec3 start_force(Index point) const;
 
@@ -80,9 +88,22 @@ class CouplingSystem {
     Index coupling = 0;
     double coefficient = 0.0;
   };
+  /// Which points a coupling joins.
+  struct Joint {
+    std::array<Index, 5> points;
+    std::array<double, 5> coefficients;
+    friend bool operator==(const Joint&, const Joint&) = default;
+  };
   [[nodiscard]] std::span<const Entry> entries(Index point) const;
+  [[nodiscard]] bool take_joints(const parallel::Threads& threads);
+  void list_entries(std::span<const std::uint8_t> free);
+  void order_entries(const parallel::Threads& threads, std::span<const Index> row_of_point,
+                     std::size_t row_count);
 
   std::span<const Coupling> couplings_;
+  std::vector<Joint> joints_;              ///< of couplings_
+  std::vector<std::uint8_t> changed_;      ///< scratch: 1 for each chunk of joints that has changed
+  bool is_ordered_ = false;                ///< order() has seen joints_
   std::vector<SymmetricMatrix3> weights_;  ///< h D + h^2 S of each coupling
   std::vector<Vec3> products_;             ///< result of phase 1, for each coupling
   std::vector<Index> begin_;               ///< (n_points + 1) into entries_

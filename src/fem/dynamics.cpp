@@ -252,7 +252,7 @@ Dynamics::Report Dynamics::solve(std::span<const Coupling> couplings, SolveGoal 
   goal.least_scale = load_scale_;
   goal.least_residual = load_impulse_;
   goal.jacobi_iterations = jacobi_iterations_;
-  couplings_.set(couplings, time_step_, free_);
+  couplings_.set(threads_, couplings, time_step_, free_);
   system_.update_preconditioner(threads_);
   compute_right_side();
   check_right_side();

@@ -90,11 +90,11 @@ Dynamics::Report Dynamics::solve(const ContactSet& contacts, SolveGoal goal, boo
   goal.least_residual = load_impulse_;
   goal.jacobi_iterations = jacobi_iterations_of_contacts_;
   goal.error_per_bound = error_per_bound_;
-  couplings_.set(contacts.couplings.first(contacts.first), time_step_, free_);
+  couplings_.set(threads_, contacts.couplings.first(contacts.first), time_step_, free_);
   system_.update_preconditioner(threads_);
   compute_right_side();
   check_right_side();
-  stiff_couplings_.set(contacts.couplings, time_step_, free_);
+  stiff_couplings_.set(threads_, contacts.couplings, time_step_, free_);
   stiff_system_.update_preconditioner(threads_);
   multigrid().begin_step();
   Report report = contact_solver_.solve(threads_,

@@ -9,6 +9,7 @@ namespace palpate::fem {
 namespace {
 
 constexpr std::size_t slice_grain = 16;
+constexpr std::size_t relax_grain = 4;  // slices of a color, which are few
 
 std::size_t slice_of(std::int32_t row) {
   return static_cast<std::size_t>(row) / simd::slice_rows;
@@ -99,7 +100,7 @@ void GaussSeidel::relax(const parallel::Threads& threads, LinearSystem& system, 
       threads, z, std::span(coupling_of_color_).subspan(first, coupling_begin_[color + 1] - first));
   const auto& slices = matrix_->slices_of_color()[color];
   parallel::for_chunks(
-      threads, slices.size(), slice_grain,
+      threads, slices.size(), relax_grain,
       [&](std::size_t begin, std::size_t end, std::size_t) { kernel(slices.data() + begin, end - begin); });
 }
 

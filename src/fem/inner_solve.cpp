@@ -29,12 +29,18 @@ simd::VectorSums InnerSolve::advance(const parallel::Threads& threads, const sim
 int InnerSolve::apply(const parallel::Threads& threads, LinearSystem& system, std::span<const float> r,
                       std::span<float> z, int most, double reduction) {
   const std::size_t slices = system.blocks().slice_count();
-  for (auto* list : {&preconditioned_, &zero_}) list->resize(r.size(), 0.0F);
-  product_.assign(r.size(), 0.0F);
-  residual_.assign(r.begin(), r.end());
-  direction_.assign(simd::slice_rows * slices, simd::Quad{});
+  for (auto* list : {&residual_, &preconditioned_, &product_, &zero_}) list->resize(r.size(), 0.0F);
+  direction_.resize(simd::slice_rows * slices);
   partial_.resize(parallel::chunk_count(slices, slice_grain));
-  std::ranges::fill(z, 0.0F);
+  parallel::for_chunks(threads, slices, slice_grain, [&](std::size_t begin, std::size_t end, std::size_t) {
+    const auto own = [&](auto&& list, std::size_t width) {
+      return std::span(list).subspan(width * begin, width * (end - begin));
+    };
+    std::ranges::copy(own(r, simd::slice_values), own(residual_, simd::slice_values).begin());
+    std::ranges::fill(own(product_, simd::slice_values), 0.0F);
+    std::ranges::fill(own(z, simd::slice_values), 0.0F);
+    std::ranges::fill(own(direction_, simd::slice_rows), simd::Quad{});
+  });
   const simd::GradientVectors vectors{.solution = z.data(),
                                       .residual = residual_.data(),
                                       .preconditioned = preconditioned_.data(),

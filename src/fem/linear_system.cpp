@@ -22,7 +22,7 @@ LinearSystem::LinearSystem(const BlockMatrix& blocks, CouplingSystem& couplings,
       partial_(parallel::chunk_count(blocks.slice_count(), slice_grain)) {}
 
 void LinearSystem::update_preconditioner(const parallel::Threads& threads) {
-  couplings_->order(blocks_->row_of_point(), blocks_->row_count());
+  couplings_->order(threads, blocks_->row_of_point(), blocks_->row_count());
   const auto rows = blocks_->point_of_row();
   parallel::for_chunks(
       threads, blocks_->slice_count(), slice_grain, [&](std::size_t begin, std::size_t end, std::size_t) {

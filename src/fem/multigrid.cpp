@@ -8,7 +8,7 @@ namespace palpate::fem {
 namespace {
 
 constexpr std::size_t slice_grain = 16;
-constexpr std::size_t node_grain = 64;
+constexpr std::size_t node_grain = 16;
 constexpr std::size_t coupling_grain = 64;
 constexpr int many = 20;                   // a solve with more iterations is slow
 constexpr int few = 12;                    // a solve with more iterations renews the couplings

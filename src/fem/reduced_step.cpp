@@ -126,7 +126,7 @@ double ReducedStep::set_rate(std::size_t contact, std::size_t direction, const V
   return dot(rounded, forces_[contact]);
 }
 
-void ReducedStep::compress(std::span<const double> a, std::size_t kept) {
+void ReducedStep::compress(const parallel::Threads& threads, std::span<const double> a, std::size_t kept) {
   const std::size_t first = size_ - kept;
   std::vector<double>& row = trial_c_;  // a^T G
   for (std::size_t j = 0; j < size_; ++j) {
@@ -135,13 +135,13 @@ void ReducedStep::compress(std::span<const double> a, std::size_t kept) {
   }
   double square = 0.0;
   for (std::size_t j = 0; j < size_; ++j) square += a[j] * row[j];
-  for (std::size_t k = 0; k < 3 * laws_.size(); ++k) {
+  parallel::for_each(threads, 3 * laws_.size(), 3 * grain, [&](std::size_t k) {
     float* j = rates_.data() + stride_ * k;
     double sum = 0.0;
     for (std::size_t i = 0; i < size_; ++i) sum += a[i] * static_cast<double>(j[i]);
     std::copy(j + first, j + size_, j + 1);
     j[0] = static_cast<float>(sum);
-  }
+  });
   for (std::size_t i = 0; i < kept; ++i) {
     for (std::size_t j = 0; j < kept; ++j)
       gram_[stride_ * (i + 1) + j + 1] = gram_[stride_ * (first + i) + first + j];

@@ -59,7 +59,7 @@ class ReducedStep {
   void rebase(const parallel::Threads& threads);
   /// Call at c = 0: replaces the directions by the combination sum_i a_i z_i, followed by the last `kept`
   /// ones. Then set the residuals again.
-  void compress(std::span<const double> a, std::size_t kept);
+  void compress(const parallel::Threads& threads, std::span<const double> a, std::size_t kept);
   /// Increases the capacity and keeps the current directions.
   /// \param capacity  > capacity(), <= `max_directions`
   void increase_capacity(std::size_t capacity);

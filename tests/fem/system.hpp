@@ -55,7 +55,7 @@ struct System {
       coupling.force = random_vector(random, 1.0);
       list.push_back(coupling);
     }
-    couplings.set(list, time_step, free);
+    couplings.set(parallel::Threads(1), list, time_step, free);
     system.update_preconditioner(threads);
   }
 

@@ -211,7 +211,7 @@ TEST(Multigrid, TurnsWithTheBody) {
   std::mt19937_64 random(5);
   const Matrix3 some_rotation = random_rotation(random);
   System s(1);
-  s.couplings.set({}, time_step, s.free);
+  s.couplings.set(parallel::Threads(1), {}, time_step, s.free);
   const auto positions_of = [&](const Matrix3& r) {
     return mapped(s.bodies, [&](const Vec3& p) { return r * p + Vec3{0.3, -0.2, 0.1}; });
   };

@@ -163,8 +163,8 @@ TEST(SameBits, ProductWithCouplings) {
     list.push_back(coupling);
   }
   CouplingSystem couplings;
-  couplings.set(list, 0.5, free);
-  couplings.order(matrix.row_of_point(), matrix.row_count());
+  couplings.set(one_thread, list, 0.5, free);
+  couplings.order(one_thread, matrix.row_of_point(), matrix.row_count());
   const std::size_t slices = matrix.slice_count();
   auto x = Floats(5).quads(simd::slice_rows * slices);
   for (std::size_t i = 0; i < x.size(); ++i)

@@ -236,8 +236,8 @@ struct RowsCase {
       coupling.stiffness = {2.0 * uniform(random), uniform(random), 3.0, 0.1, 0.2, 0.3};
       list.push_back(coupling);
     }
-    couplings.set(list, 0.5, free);
-    couplings.order(matrix.row_of_point(), matrix.row_count());
+    couplings.set(one_thread, list, 0.5, free);
+    couplings.order(one_thread, matrix.row_of_point(), matrix.row_count());
   }
   ElementCase shapes;
   Elements elements;
