@@ -34,6 +34,16 @@ HWY_INLINE SixV zero() {
   return v;
 }
 
+/// For each value of a vector of six: the indices that copy it to all lanes.
+using Copies = std::array<decltype(hn::IndicesFromVec(Eight(), hn::Zero(hn::RebindToSigned<Eight>()))), 6>;
+HWY_INLINE Copies copies_of_each() {
+  const hn::RebindToSigned<Eight> integers;
+  Copies copies;
+  for (std::size_t k = 0; k < 6; ++k)
+    copies[k] = hn::IndicesFromVec(Eight(), hn::Set(integers, static_cast<std::int32_t>(k % lanes)));
+  return copies;
+}
+
 /// A sum of products in three parts, so that additions do not wait for each other.
 struct Sums {
   std::array<SixV, 3> part;
@@ -51,6 +61,19 @@ struct Sums {
         part[k % 3][p] = hn::MulAdd(hn::Load(d, block + 8 * k + lanes * p), factor, part[k % 3][p]);
     }
   }
+  /// The same for six columns, with fewer loads.
+  HWY_INLINE void add(const float* block, const Six& x, const Copies& copies) {
+    if constexpr (parts == 1) {
+      const Eight d;
+      const EightV values = hn::Load(d, x.values.data());
+      for (std::size_t k = 0; k < 6; ++k) {
+        part[k % 3][0] =
+            hn::MulAdd(hn::Load(d, block + 8 * k), hn::TableLookupLanes(values, copies[k]), part[k % 3][0]);
+      }
+    } else {
+      add<6>(block, x.values.data());
+    }
+  }
   [[nodiscard]] HWY_INLINE SixV total() const {
     SixV sum;
     for (std::size_t p = 0; p < parts; ++p) sum[p] = hn::Add(hn::Add(part[0][p], part[1][p]), part[2][p]);
@@ -59,9 +82,10 @@ struct Sums {
 };
 
 HWY_INLINE SixV row_product(const PaddedRows& a, const Six* x, std::size_t row) {
+  const Copies copies = copies_of_each();
   Sums sums;
   for (std::size_t k = a.begin[row]; k < a.begin[row + 1]; ++k)
-    sums.add<6>(a.blocks + six_by_six * k, x[a.columns[k]].values.data());
+    sums.add(a.blocks + six_by_six * k, x[a.columns[k]], copies);
   return sums.total();
 }
 
@@ -103,11 +127,12 @@ HWY_INLINE void add_pair(const float* columns, const Six& x, std::size_t c, cons
 /// The product of those blocks of a row whose columns are in [low, high).
 HWY_INLINE SixV columns_product(const SixMatrix& a, const Six* x, std::size_t row, std::size_t low,
                                 std::size_t high) {
+  const Copies copies = copies_of_each();
   Sums sums;
   for (const PaddedRows* part : {&a.first, &a.second}) {
     for (std::size_t k = part->begin[row]; k < part->begin[row + 1]; ++k) {
       const std::size_t column = part->columns[k];
-      if (column >= low && column < high) sums.add<6>(part->blocks + six_by_six * k, x[column].values.data());
+      if (column >= low && column < high) sums.add(part->blocks + six_by_six * k, x[column], copies);
     }
   }
   return sums.total();
@@ -117,7 +142,7 @@ HWY_INLINE void relax_row(const SixMatrix& a, const SixV& right, Six* x, std::si
   Six values;
   store(right, values.values.data());
   Sums sums;
-  sums.add<6>(a.inverses + six_by_six * row, values.values.data());
+  sums.add(a.inverses + six_by_six * row, values, copies_of_each());
   store(sums.total(), x[row].values.data());
 }
 
