@@ -8,8 +8,8 @@ In MARKDOWN the text between the two marks 'threads table' is replaced.
 
 import page
 
-PHASES = {"all_ms": "whole", "grid_ms": "update of the grid", "contacts_ms": "contacts of points", "border_edges_ms": "border edges",
-          "crossings_ms": "crossings, edge contacts", "depth_ms": "depths", "forces_ms": "contact forces", "solver_ms": "solver"}
+PHASES = {"all": "whole", "grid": "update of the grid", "contacts": "contacts of points", "border edges": "border edges",
+          "crossings": "crossings, edge contacts", "depth": "depths", "forces": "contact forces", "solver": "solver"}
 
 
 def rows(cases):
@@ -18,9 +18,10 @@ def rows(cases):
     yield "|---|---|---:|" + "---:|" * (len(counts) - 1)
     for case in cases:
         one, *others = case["times"]
-        for phase in (phase for phase in PHASES if phase in one):
-            faster = " | ".join(f"{one[phase] / times[phase]:.2f}×" if times[phase] > 0.0 else "–" for times in others)
-            yield f"| {case['name']} | {PHASES[phase]} | {one[phase]:.3f} | {faster} |"
+        for phase, words in PHASES.items():
+            if phase in one:
+                faster = " | ".join(f"{times[phase]['faster']:.2f}×" for times in others)
+                yield f"| {case['name']} | {words} | {one[phase]['ms']:.3f} | {faster} |"
 
 
 def table(report):

@@ -5,10 +5,14 @@
 #include <deque>
 #include <filesystem>
 #include <fmt/format.h>
-#include <limits>
+#include <functional>
+#include <map>
 #include <span>
 #include <string>
 #include <thread>
+#include <tuple>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include <palpate/detection.hpp>
@@ -22,6 +26,7 @@
 #include "speed/part.hpp"
 #include "speed/rows.hpp"
 #include "stopwatch.hpp"
+#include "timing.hpp"
 
 namespace palpate::bench {
 namespace {
@@ -38,41 +43,63 @@ std::vector<int> thread_counts() {
   return counts;
 }
 
-/// The least time of a frame for each of some phases, with one number of threads, ms by the clock. Others on
-/// the machine take from the last core first, so a median would say how busy it is.
-class LeastTimes {
+/// The times of all frames for each of some phases, with one number of threads, ms by the clock.
+class FrameTimes {
  public:
-  explicit LeastTimes(int threads) : json_{{"threads", threads}} {}
-  void take(const char* phase, double seconds) {
-    double& least = json_.emplace(phase, std::numeric_limits<double>::max()).first->get_ref<double&>();
-    least = std::min(least, 1e3 * seconds);
+  explicit FrameTimes(int threads) : threads_(threads) {}
+  void add(const char* phase, double seconds) { of_phase_[phase].push_back(1e3 * seconds); }
+  /// Medians of the times, and of their ratios to those of the same frames with one thread.
+  [[nodiscard]] Json json(const FrameTimes& one) const {
+    Json json{{"threads", threads_}};
+    for (const auto& [phase, times] : of_phase_) {
+      std::vector<double> faster;
+      for (std::size_t frame = 0; frame < times.size(); ++frame)
+        faster.push_back(one.of_phase_.at(phase)[frame] / std::max(times[frame], 1e-6));
+      json[phase] = {{"ms", median(times)}, {"faster", median(faster)}};
+    }
+    return json;
   }
-  [[nodiscard]] const Json& json() const { return json_; }
 
  private:
-  Json json_;
+  int threads_;
+  std::map<std::string, std::vector<double>> of_phase_;
 };
 
-Json result(const std::string& name, std::size_t tets, int frames, const std::deque<LeastTimes>& times) {
+Json result(const std::string& name, std::size_t tets, int frames, const std::deque<FrameTimes>& times) {
   Json json{{"name", name}, {"tets", tets}, {"frames", frames}, {"times", Json::array()}};
-  for (const LeastTimes& of_count : times) json["times"].push_back(of_count.json());
+  for (const FrameTimes& of_count : times) json["times"].push_back(of_count.json(times.front()));
   return json;
 }
 
-void take_phases(LeastTimes& times, const DetectionTimes& seconds) {
-  times.take("grid_ms", seconds.grid);
-  times.take("contacts_ms", seconds.contacts);
-  times.take("border_edges_ms", seconds.border_edges);
-  times.take("crossings_ms", seconds.crossings);
-  times.take("depth_ms", seconds.depth);
+void add_phases(FrameTimes& times, const DetectionTimes& seconds) {
+  times.add("grid", seconds.grid);
+  times.add("contacts", seconds.contacts);
+  times.add("border edges", seconds.border_edges);
+  times.add("crossings", seconds.crossings);
+  times.add("depth", seconds.depth);
 }
 
+template <class T>
+bool same_bytes(const T& a, const T& b) {
+  const auto bytes = [](const T& list) { return std::as_bytes(std::span(list)); };
+  return std::ranges::equal(bytes(a), bytes(b));
+}
 bool same(const Detector& a, const Detector& b) {
-  const Contacts& of_a = a.contacts();
-  const Contacts& of_b = b.contacts();
-  return of_a.point == of_b.point && of_a.tet == of_b.tet && of_a.depth == of_b.depth &&
-         of_a.direction == of_b.direction && a.edge_contacts().edge == b.edge_contacts().edge &&
-         a.edge_contacts().depth == b.edge_contacts().depth;
+  const auto columns = [](const Detector& d) {
+    const Contacts& c = d.contacts();
+    const EdgeContacts& e = d.edge_contacts();
+    return std::tuple(std::cref(c.point), std::cref(c.body), std::cref(c.tet), std::cref(c.weights),
+                      std::cref(c.depth), std::cref(c.direction), std::cref(c.certainty), std::cref(e.edge),
+                      std::cref(e.body), std::cref(e.triangles), std::cref(e.parameters), std::cref(e.depth),
+                      std::cref(e.direction));
+  };
+  static_assert(std::has_unique_object_representations_v<BorderEdge>);
+  static_assert(sizeof(Crossing) == 2 * sizeof(Index) + sizeof(double));
+  const auto all = [&]<std::size_t... i>(std::index_sequence<i...>) {
+    return (same_bytes(std::get<i>(columns(a)).get(), std::get<i>(columns(b)).get()) && ...);
+  };
+  return all(std::make_index_sequence<std::tuple_size_v<decltype(columns(a))>>()) &&
+         same_bytes(a.border_edges(), b.border_edges()) && same_bytes(a.crossings(), b.crossings());
 }
 
 [[noreturn]] void fail(const std::string& name, int threads, int frame) {
@@ -84,7 +111,7 @@ bool same(const Detector& a, const Detector& b) {
 Json detections(const measure::QueryScene& scene, int frames) {
   const std::vector<int> counts = thread_counts();
   std::deque<Detector> detectors;
-  std::deque<LeastTimes> times;
+  std::deque<FrameTimes> times;
   for (const int threads : counts) {
     detectors.emplace_back(scene.bodies, DetectionSettings{}, scene.immovable(), threads);
     times.emplace_back(threads);
@@ -98,8 +125,8 @@ Json detections(const measure::QueryScene& scene, int frames) {
       const double seconds = watch.seconds();
       if (!same(detectors[0], detectors[i])) fail(scene.name, counts[i], frame);
       if (frame < warm_up) continue;
-      times[i].take("all_ms", seconds);
-      take_phases(times[i], detectors[i].times());
+      times[i].add("all", seconds);
+      add_phases(times[i], detectors[i].times());
     }
   }
   return result(scene.name, scene.bodies.tets().size(), frames, times);
@@ -108,7 +135,7 @@ Json detections(const measure::QueryScene& scene, int frames) {
 Json steps(const std::string& name, const Model& model, const SimulationSettings& settings, int frames) {
   const std::vector<int> counts = thread_counts();
   std::deque<Simulation> simulations;
-  std::deque<LeastTimes> times;
+  std::deque<FrameTimes> times;
   for (const int threads : counts) {
     simulations.emplace_back(model, settings, threads);
     times.emplace_back(threads);
@@ -121,10 +148,10 @@ Json steps(const std::string& name, const Model& model, const SimulationSettings
       if (simulations[i].state_hash() != simulations[0].state_hash()) fail(name, counts[i], frame);
       if (frame < warm_up) continue;
       const StepMetrics& metrics = simulations[i].metrics();
-      times[i].take("all_ms", seconds);
-      take_phases(times[i], metrics.detection_seconds);
-      times[i].take("forces_ms", metrics.forces_seconds);
-      times[i].take("solver_ms", metrics.solver_seconds);
+      times[i].add("all", seconds);
+      add_phases(times[i], metrics.detection_seconds);
+      times[i].add("forces", metrics.forces_seconds);
+      times[i].add("solver", metrics.solver_seconds);
     }
   }
   return result(name, model.bodies.tets().size(), frames, times);

@@ -28,17 +28,17 @@ Vec3 end_force(const Coupling& coupling, double time_step, std::span<const Vec3>
   return coupling.force - resistance * relative(coupling, velocities_end);
 }
 
-/// Takes over which points are joined. Returns whether that has changed.
-bool CouplingSystem::take_joints(const parallel::Threads& threads) {
-  const bool as_many = joints_.size() == couplings_.size();
-  resize_with_room(joints_, couplings_.size());
-  assign_with_room(changed_, parallel::chunk_count(joints_.size(), coupling_grain), std::uint8_t{0});
-  parallel::for_chunks(threads, joints_.size(), coupling_grain,
+/// Copies the stencils. Returns whether they have changed.
+bool CouplingSystem::copy_stencils(const parallel::Threads& threads) {
+  const bool as_many = stencils_.size() == couplings_.size();
+  resize_with_room(stencils_, couplings_.size());
+  assign_with_room(changed_, parallel::chunk_count(stencils_.size(), coupling_grain), std::uint8_t{0});
+  parallel::for_chunks(threads, stencils_.size(), coupling_grain,
                        [&](std::size_t begin, std::size_t end, std::size_t chunk) {
                          for (std::size_t c = begin; c < end; ++c) {
-                           const Joint now{couplings_[c].points, couplings_[c].coefficients};
-                           if (as_many && now == joints_[c]) continue;
-                           joints_[c] = now;
+                           const Stencil now{couplings_[c].points, couplings_[c].coefficients};
+                           if (as_many && now == stencils_[c]) continue;
+                           stencils_[c] = now;
                            changed_[chunk] = 1;
                          }
                        });
@@ -48,8 +48,8 @@ bool CouplingSystem::take_joints(const parallel::Threads& threads) {
 /// Lists the couplings of each free point.
 void CouplingSystem::list_entries(std::span<const std::uint8_t> free) {
   begin_.assign(free.size() + 1, 0);
-  for (const Joint& joint : joints_) {
-    for (const Index point : joint.points) {
+  for (const Stencil& stencil : stencils_) {
+    for (const Index point : stencil.points) {
       assert(point < static_cast<Index>(free.size()));
       if (point >= 0 && at(free, point) != 0) ++at(begin_, point + 1);
     }
@@ -57,11 +57,11 @@ void CouplingSystem::list_entries(std::span<const std::uint8_t> free) {
   for (std::size_t i = 1; i < begin_.size(); ++i) begin_[i] += begin_[i - 1];
   next_.assign(begin_.begin(), begin_.end() - 1);
   resize_with_room(entries_, static_cast<std::size_t>(begin_.back()));
-  for (std::size_t c = 0; c < joints_.size(); ++c) {
+  for (std::size_t c = 0; c < stencils_.size(); ++c) {
     for (std::size_t k = 0; k < 5; ++k) {
-      const Index point = joints_[c].points[k];
+      const Index point = stencils_[c].points[k];
       if (point >= 0 && at(free, point) != 0)
-        at(entries_, at(next_, point)++) = {static_cast<Index>(c), joints_[c].coefficients[k]};
+        at(entries_, at(next_, point)++) = {static_cast<Index>(c), stencils_[c].coefficients[k]};
     }
   }
 }
@@ -69,9 +69,10 @@ void CouplingSystem::list_entries(std::span<const std::uint8_t> free) {
 void CouplingSystem::set(const parallel::Threads& threads, std::span<const Coupling> couplings,
                          double time_step, std::span<const std::uint8_t> free) {
   couplings_ = couplings;
-  if (take_joints(threads) || begin_.empty()) {
+  if (copy_stencils(threads) || !is_listed_) {
+    is_listed_ = is_ordered_ = false;
     list_entries(free);
-    is_ordered_ = false;
+    is_listed_ = true;
   }
   resize_with_room(weights_, couplings.size());
   resize_with_room(products_, couplings.size());
@@ -102,13 +103,13 @@ Vec3 CouplingSystem::product(Index point) const {
 /// Puts what does not depend on values into the order of rows.
 void CouplingSystem::order_entries(const parallel::Threads& threads, std::span<const Index> row_of_point,
                                    std::size_t row_count) {
-  resize_with_room(terms_, joints_.size());
-  resize_with_room(row_products_, joints_.size());
-  parallel::for_each(threads, joints_.size(), coupling_grain, [&](std::size_t c) {
+  resize_with_room(terms_, stencils_.size());
+  resize_with_room(row_products_, stencils_.size());
+  parallel::for_each(threads, stencils_.size(), coupling_grain, [&](std::size_t c) {
     for (std::size_t k = 0; k < 5; ++k) {
-      const Index point = joints_[c].points[k];
+      const Index point = stencils_[c].points[k];
       const Index row = point >= 0 ? at(row_of_point, point) : -1;
-      terms_[c].coefficients[k] = row >= 0 ? static_cast<float>(joints_[c].coefficients[k]) : 0.0F;
+      terms_[c].coefficients[k] = row >= 0 ? static_cast<float>(stencils_[c].coefficients[k]) : 0.0F;
       terms_[c].rows[k] = std::max(row, 0);
     }
   });

@@ -88,22 +88,23 @@ class CouplingSystem {
     Index coupling = 0;
     double coefficient = 0.0;
   };
-  /// Which points a coupling joins.
-  struct Joint {
+  /// Which points a coupling joins, and how.
+  struct Stencil {
     std::array<Index, 5> points;
     std::array<double, 5> coefficients;
-    friend bool operator==(const Joint&, const Joint&) = default;
+    friend bool operator==(const Stencil&, const Stencil&) = default;
   };
   [[nodiscard]] std::span<const Entry> entries(Index point) const;
-  [[nodiscard]] bool take_joints(const parallel::Threads& threads);
+  [[nodiscard]] bool copy_stencils(const parallel::Threads& threads);
   void list_entries(std::span<const std::uint8_t> free);
   void order_entries(const parallel::Threads& threads, std::span<const Index> row_of_point,
                      std::size_t row_count);
 
   std::span<const Coupling> couplings_;
-  std::vector<Joint> joints_;              ///< of couplings_
-  std::vector<std::uint8_t> changed_;      ///< scratch: 1 for each chunk of joints that has changed
-  bool is_ordered_ = false;                ///< order() has seen joints_
+  std::vector<Stencil> stencils_;          ///< of couplings_
+  std::vector<std::uint8_t> changed_;      ///< scratch: 1 for each chunk of stencils that has changed
+  bool is_listed_ = false;                 ///< entries_ are those of stencils_
+  bool is_ordered_ = false;                ///< the same for row_entries_
   std::vector<SymmetricMatrix3> weights_;  ///< h D + h^2 S of each coupling
   std::vector<Vec3> products_;             ///< result of phase 1, for each coupling
   std::vector<Index> begin_;               ///< (n_points + 1) into entries_

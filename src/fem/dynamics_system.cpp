@@ -64,11 +64,10 @@ void Dynamics::form_system() {
 /// Adds the terms of rotated frames to the forces: (h b + h^2) K' (x' - x) / h, since K' acts on
 /// displacements from the rotated positions x'; and the inertial forces.
 void Dynamics::add_rotation_forces() {
-  couplings_.set(threads_, {}, time_step_, free_);
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
     rotation_velocities_[i] = padded((1.0 / time_step_) * (linear_positions_[i] - positions_[i]));
   });
-  system_.multiply_exactly(threads_, rotation_velocities_, right_side_);
+  system_.multiply_blocks_exactly(threads_, rotation_velocities_, right_side_);
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
     if (system_.free()[i] == 0) return;
     const Vec3 stiff = unpadded(right_side_[i]) - diagonal_[i] * unpadded(rotation_velocities_[i]);
@@ -112,8 +111,7 @@ void Dynamics::set_loads(const Vec3& gravity, std::span<const Vec3> external_for
 /// current matrix B. At points that are not free v is the prescribed velocity, so their columns act on the
 /// free rows. In rotated frames v is the mean velocity without forces.
 void Dynamics::compute_free_right_side() {
-  couplings_.set(threads_, {}, time_step_, free_);
-  system_.multiply_exactly(threads_, base_velocities_, free_right_side_);
+  system_.multiply_blocks_exactly(threads_, base_velocities_, free_right_side_);
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
     if (system_.free()[i] == 0) return;
     free_right_side_[i] = padded(time_step_ * point_forces_[i] + masses_[i] * unpadded(base_velocities_[i]) -

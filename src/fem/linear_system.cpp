@@ -48,8 +48,20 @@ void LinearSystem::update_preconditioner(const parallel::Threads& threads) {
 
 void LinearSystem::multiply_exactly(const parallel::Threads& threads, std::span<const simd::Padded3> x,
                                     std::span<simd::Padded3> y) {
-  const auto products = blocks_->elements().multiply(threads, x);
   couplings_->multiply(threads, x);
+  add_blocks(threads, x, y, [&](Index point) { return couplings_->product(point); });
+}
+
+void LinearSystem::multiply_blocks_exactly(const parallel::Threads& threads, std::span<const simd::Padded3> x,
+                                           std::span<simd::Padded3> y) {
+  add_blocks(threads, x, y, [](Index) { return Vec3{}; });
+}
+
+/// y = B x, plus what `of_point` returns for a free point.
+template <class OfPoint>
+void LinearSystem::add_blocks(const parallel::Threads& threads, std::span<const simd::Padded3> x,
+                              std::span<simd::Padded3> y, OfPoint&& of_point) {
+  const auto products = blocks_->elements().multiply(threads, x);
   parallel::for_each(threads, size(), point_grain, [&](std::size_t i) {
     if (free_[i] == 0) {
       y[i] = {};
@@ -57,7 +69,7 @@ void LinearSystem::multiply_exactly(const parallel::Threads& threads, std::span<
     }
     const double m = blocks_->diagonal()[i];
     Vec3 sum{m * x[i].x + products[i].x, m * x[i].y + products[i].y, m * x[i].z + products[i].z};
-    sum += couplings_->product(static_cast<Index>(i));
+    sum += of_point(static_cast<Index>(i));
     y[i] = {sum.x, sum.y, sum.z, 0.0};
   });
 }

@@ -41,6 +41,9 @@ class LinearSystem {
   /// are not free. O(n_elements).
   void multiply_exactly(const parallel::Threads& threads, std::span<const simd::Padded3> x,
                         std::span<simd::Padded3> y);
+  /// y = B x: the same without the couplings.
+  void multiply_blocks_exactly(const parallel::Threads& threads, std::span<const simd::Padded3> x,
+                               std::span<simd::Padded3> y);
   /// y = A x by rows, in float; returns the sum of x y. O(n_blocks).
   /// \param x  (row_count)
   /// \param y  simd::slice_values a slice
@@ -51,6 +54,10 @@ class LinearSystem {
   [[nodiscard]] std::span<const float> inverse_diagonal() const { return inverse_diagonal_; }
 
  private:
+  template <class OfPoint>
+  void add_blocks(const parallel::Threads& threads, std::span<const simd::Padded3> x,
+                  std::span<simd::Padded3> y, OfPoint&& of_point);
+
   const BlockMatrix* blocks_;
   CouplingSystem* couplings_;
   std::vector<std::uint8_t> free_;

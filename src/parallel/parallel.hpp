@@ -111,6 +111,7 @@ class ChunkedList {
   /// Reserves room for `items` items in the lists of `chunks` chunks.
   void make_room_in_all(std::size_t chunks, std::size_t items) {
     if (lists_.size() < chunks) lists_.resize(chunks);
+    make_room(places_, chunks);
     for (std::vector<T>& list : lists_) make_room(list, items);
   }
   /// Replaces `joined` by all lists in chunk order. O(items), parallel.
@@ -121,10 +122,15 @@ class ChunkedList {
   }
   /// The list of a chunk of the last fill().
   [[nodiscard]] std::span<const T> list(std::size_t chunk) const { return lists_[chunk]; }
-  /// Appends the lists of the first so many chunks, in their order. O(items), parallel.
+  /// Appends the lists of the first so many chunks, in their order. O(items), in part parallel.
   void append(const Threads& threads, std::vector<T>& joined, std::size_t chunks) {
     place(chunks, joined.size());
     make_room(joined, total_);
+    if (threads.count() == 1) {
+      for (std::size_t chunk = 0; chunk < chunks; ++chunk)
+        joined.insert(joined.end(), lists_[chunk].begin(), lists_[chunk].end());
+      return;
+    }
     joined.resize(total_);
     copy_lists(threads, joined, chunks);
   }

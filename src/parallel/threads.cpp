@@ -16,7 +16,7 @@ namespace palpate::parallel {
 namespace {
 
 /// How often a thread polls for work, or for the end of the others' work, before it yields: some ten
-/// microseconds, longer than from one loop of a step to the next.
+/// microseconds, longer than from one loop of a step to most next ones.
 constexpr int spins = 2000;
 /// How often an idle thread then yields before it sleeps: some hundred microseconds, longer than the work
 /// between two loops of a step. To wake it costs the caller ten microseconds or more.
@@ -34,13 +34,13 @@ void pause() {
 ///
 /// The chunks of a loop are cut into parts of consecutive ones, one for each thread. A thread first does its
 /// own part, from the front: in the next loop over the same data it has the same chunks, which are in its
-/// cache. Then it takes chunks of the others' parts, from the back, so that no thread that the system has
-/// suspended is waited for but for the chunk that it is at.
+/// cache. Then it claims chunks of the others' parts, from the back. It counts each chunk when it is done. So
+/// a thread that the system has suspended delays the loop by no more than its current chunk.
 ///
-/// A part is a pair of numbers in one atomic word: the chunks that nobody has taken. A chunk belongs to the
+/// A part is a pair of numbers in one atomic word: the chunks that nobody has claimed. A chunk belongs to the
 /// thread that has changed this word from what it has read. It reads the function after that. Until it has
-/// told that the chunk is done, the loop is not over, and the function stays. So it does not matter if the
-/// word that it has read was of an earlier loop.
+/// counted the chunk, the loop is not over, and the function stays. So it does not matter if the word that it
+/// has read was of an earlier loop.
 class Threads::Team {
  public:
   explicit Team(int workers) : parts_(static_cast<std::size_t>(workers) + 1) {
@@ -67,18 +67,18 @@ class Threads::Team {
     if (!only_one.owns_lock()) return false;
     function_.store(function, std::memory_order_relaxed);
     context_.store(context, std::memory_order_relaxed);
-    done_.store(0, std::memory_order_relaxed);
     const auto parts = std::min(static_cast<std::uint32_t>(workers_.size() + 1), chunks);
     std::uint32_t end = 0;
     for (std::uint32_t i = 0; i < parts; ++i) {
       const std::uint32_t begin = end;
       end += chunks / parts + (i < chunks % parts ? 1 : 0);
+      parts_[i].done.store(0, std::memory_order_relaxed);
       parts_[i].left.store(Left{begin, end}.word(), std::memory_order_release);
     }
     part_count_.store(parts, std::memory_order_release);
     wake();
     do_chunks(0, parts);
-    for (int i = 0; done_.load(std::memory_order_acquire) != chunks; ++i) {
+    for (int i = 0; done_of(parts) != chunks; ++i) {
       if (i < spins) {
         pause();
       } else {
@@ -89,7 +89,7 @@ class Threads::Team {
   }
 
  private:
-  /// Chunks that nobody has taken.
+  /// Chunks that nobody has claimed.
   struct Left {
     std::uint32_t begin;
     std::uint32_t end;
@@ -100,42 +100,47 @@ class Threads::Team {
   };
   struct alignas(64) Part {
     std::atomic<std::uint64_t> left{0};
+    std::atomic<std::uint32_t> done{0};  ///< chunks of any part that its thread has done
   };
+
+  [[nodiscard]] std::uint32_t done_of(std::uint32_t parts) const {
+    std::uint32_t done = 0;
+    for (std::uint32_t i = 0; i < parts; ++i) done += parts_[i].done.load(std::memory_order_acquire);
+    return done;
+  }
 
   void wake() {
     calls_.fetch_add(1, std::memory_order_release);
     calls_.notify_all();
   }
 
-  /// Does the chunks of a part that are left; returns how many.
-  std::uint32_t do_part(Part& part, bool from_front) {
-    std::uint32_t done = 0;
+  /// Does the chunks of a part that are left. Counts them in `done` of the thread.
+  void do_part(Part& part, bool from_front, std::atomic<std::uint32_t>& done) {
     std::uint64_t word = part.left.load(std::memory_order_acquire);
     while (true) {
       Left left = Left::of(word);
-      if (left.begin == left.end) return done;
+      if (left.begin == left.end) return;
       const std::uint32_t chunk = from_front ? left.begin++ : --left.end;
       if (!part.left.compare_exchange_weak(word, left.word(), std::memory_order_acq_rel,
                                            std::memory_order_acquire)) {
         continue;
       }
       function_.load(std::memory_order_relaxed)(context_.load(std::memory_order_relaxed), chunk);
-      ++done;
+      done.store(done.load(std::memory_order_relaxed) + 1, std::memory_order_release);
       word = part.left.load(std::memory_order_acquire);
     }
   }
 
-  /// Does chunks of the current loop until all are taken.
+  /// Does chunks of the current loop until all are claimed.
   void do_chunks(std::size_t own, std::size_t parts) {
-    std::uint32_t done = 0;
-    for (std::size_t i = 0; i < parts; ++i) done += do_part(parts_[(own + i) % parts], i == 0);
-    if (done > 0) done_.fetch_add(done, std::memory_order_release);
+    for (std::size_t i = 0; i < parts; ++i) do_part(parts_[(own + i) % parts], i == 0, parts_[own].done);
   }
 
   void work(std::size_t own) {
     std::uint32_t seen = 0;
     while (!stop_.load(std::memory_order_relaxed)) {
-      // Of a loop with few chunks, other threads do not even look at the parts.
+      // A loop of fewer chunks than threads is left to as many threads, since more would only disturb them.
+      // If the system has suspended these, the caller does all chunks.
       const std::size_t parts = part_count_.load(std::memory_order_acquire);
       if (own < parts) do_chunks(own, parts);
       const auto is_idle = [&] { return calls_.load(std::memory_order_acquire) == seen; };
@@ -146,9 +151,8 @@ class Threads::Team {
     }
   }
 
-  std::mutex mutex_;         ///< held by the caller of run()
-  std::vector<Part> parts_;  ///< of the caller and of each worker
-  alignas(64) std::atomic<std::uint32_t> done_{0};
+  std::mutex mutex_;                                 ///< held by the caller of run()
+  std::vector<Part> parts_;                          ///< of the caller and of each worker
   alignas(64) std::atomic<std::uint32_t> calls_{0};  ///< changes with every loop: what idle threads wait for
   std::atomic<std::uint32_t> part_count_{0};         ///< of the current loop
   std::atomic<Function> function_{nullptr};

@@ -60,8 +60,8 @@ TEST_F(BenchSpeed, ThreadsHaveTheSameResults) {
     int threads = 1;
     for (const Json& times : c["times"]) {
       EXPECT_EQ(times["threads"], threads) << c;
-      const double whole = times["all_ms"];
-      EXPECT_GT(whole, times["depth_ms"].get<double>()) << c;
+      EXPECT_GT(times["all"]["ms"].get<double>(), times["depth"]["ms"].get<double>()) << c;
+      EXPECT_EQ(times["all"]["faster"] == 1.0, threads == 1) << c;
       threads *= 2;
     }
   }

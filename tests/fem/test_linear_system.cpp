@@ -84,8 +84,7 @@ TEST(BlockMatrix, HasOneBlockForEachPointAndTwoForEachEdge) {
   EXPECT_EQ(blocks, expected);
 }
 
-TEST(LinearSystem, ProductEqualsTheDenseMatrixWithCouplingsAndFixedPoints) {
-  System s(1);
+void expect_products_of_the_dense_matrix(System& s) {
   Eigen::MatrixXd a = s.dense();
   s.restrict(a);
   const auto x = s.random_free_vector(22);
@@ -103,6 +102,37 @@ TEST(LinearSystem, ProductEqualsTheDenseMatrixWithCouplingsAndFixedPoints) {
       EXPECT_EQ(y[i], Vec3{});
     }
   }
+}
+
+TEST(LinearSystem, ProductEqualsTheDenseMatrixWithCouplingsAndFixedPoints) {
+  System s(1);
+  expect_products_of_the_dense_matrix(s);
+}
+
+/// Lists of who is coupled with whom are kept from one set() to the next; nothing of them may be stale.
+TEST(LinearSystem, ProductIsThatOfTheLastCouplings) {
+  System s(3);
+  const std::vector<Coupling> all = s.list;
+  const auto check = [&](const char* change) {
+    SCOPED_TRACE(change);
+    s.couplings.set(s.threads, s.list, time_step, s.free);
+    s.system.update_preconditioner(s.threads);
+    expect_products_of_the_dense_matrix(s);
+  };
+  for (Coupling& c : s.list) c.stiffness = 3.0 * c.stiffness;
+  check("other values");
+  s.list[300].coefficients[1] *= 0.5;
+  check("one other coefficient");
+  s.list[599].points[2] = 47;
+  check("one other point");
+  s.list.resize(100);
+  check("fewer");
+  s.list = all;
+  check("more");
+  s.couplings.set(s.threads, {}, time_step, s.free);
+  check("after none");
+  std::ranges::reverse(s.list);
+  check("another order");
 }
 
 TEST(LinearSystem, PreconditionerIsTheInverseOfTheDiagonalBlocks) {

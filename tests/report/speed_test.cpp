@@ -52,7 +52,9 @@ Json threads_cases() {
   Json cases = Json::array();
   for (const char* name : {"stacking 10000", "stacking 102400", "stacking 1000000", "falling stack", "eye"}) {
     const auto times = [](int threads, double all, double grid) {
-      return Json{{"threads", threads}, {"all_ms", all}, {"grid_ms", grid}};
+      return Json{{"threads", threads},
+                  {"all", {{"ms", all}, {"faster", 3.4 / all}}},
+                  {"grid", {{"ms", grid}, {"faster", 0.3 / grid}}}};
     };
     cases.push_back({{"name", name},
                      {"times", Json::array({times(1, 3.4, 0.3), times(2, 2.0, 0.4), times(4, 1.0, 0.4)})}});
