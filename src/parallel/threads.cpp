@@ -34,8 +34,8 @@ void pause() {
 ///
 /// The chunks of a loop are cut into parts of consecutive ones, one for each thread. A thread first does its
 /// own part, from the front: in the next loop over the same data it has the same chunks, which are in its
-/// cache. Then it claims chunks of the others' parts, from the back. It counts each chunk when it is done. So
-/// a thread that the system has suspended delays the loop by no more than its current chunk.
+/// cache. Then it claims chunks of the others' parts, from the back. So of a thread that the system has
+/// suspended, others do what it has not claimed.
 ///
 /// A part is a pair of numbers in one atomic word: the chunks that nobody has claimed. A chunk belongs to the
 /// thread that has changed this word from what it has read. It reads the function after that. Until it has
@@ -67,18 +67,18 @@ class Threads::Team {
     if (!only_one.owns_lock()) return false;
     function_.store(function, std::memory_order_relaxed);
     context_.store(context, std::memory_order_relaxed);
+    done_.store(0, std::memory_order_relaxed);
     const auto parts = std::min(static_cast<std::uint32_t>(workers_.size() + 1), chunks);
     std::uint32_t end = 0;
     for (std::uint32_t i = 0; i < parts; ++i) {
       const std::uint32_t begin = end;
       end += chunks / parts + (i < chunks % parts ? 1 : 0);
-      parts_[i].done.store(0, std::memory_order_relaxed);
       parts_[i].left.store(Left{begin, end}.word(), std::memory_order_release);
     }
     part_count_.store(parts, std::memory_order_release);
     wake();
     do_chunks(0, parts);
-    for (int i = 0; done_of(parts) != chunks; ++i) {
+    for (int i = 0; done_.load(std::memory_order_acquire) != chunks; ++i) {
       if (i < spins) {
         pause();
       } else {
@@ -100,40 +100,35 @@ class Threads::Team {
   };
   struct alignas(64) Part {
     std::atomic<std::uint64_t> left{0};
-    std::atomic<std::uint32_t> done{0};  ///< chunks of any part that its thread has done
   };
-
-  [[nodiscard]] std::uint32_t done_of(std::uint32_t parts) const {
-    std::uint32_t done = 0;
-    for (std::uint32_t i = 0; i < parts; ++i) done += parts_[i].done.load(std::memory_order_acquire);
-    return done;
-  }
 
   void wake() {
     calls_.fetch_add(1, std::memory_order_release);
     calls_.notify_all();
   }
 
-  /// Does the chunks of a part that are left. Counts them in `done` of the thread.
-  void do_part(Part& part, bool from_front, std::atomic<std::uint32_t>& done) {
+  /// Does the chunks of a part that are left, and then counts them.
+  void do_part(Part& part, bool from_front) {
+    std::uint32_t done = 0;
     std::uint64_t word = part.left.load(std::memory_order_acquire);
     while (true) {
       Left left = Left::of(word);
-      if (left.begin == left.end) return;
+      if (left.begin == left.end) break;
       const std::uint32_t chunk = from_front ? left.begin++ : --left.end;
       if (!part.left.compare_exchange_weak(word, left.word(), std::memory_order_acq_rel,
                                            std::memory_order_acquire)) {
         continue;
       }
       function_.load(std::memory_order_relaxed)(context_.load(std::memory_order_relaxed), chunk);
-      done.store(done.load(std::memory_order_relaxed) + 1, std::memory_order_release);
+      ++done;
       word = part.left.load(std::memory_order_acquire);
     }
+    if (done > 0) done_.fetch_add(done, std::memory_order_release);
   }
 
   /// Does chunks of the current loop until all are claimed.
   void do_chunks(std::size_t own, std::size_t parts) {
-    for (std::size_t i = 0; i < parts; ++i) do_part(parts_[(own + i) % parts], i == 0, parts_[own].done);
+    for (std::size_t i = 0; i < parts; ++i) do_part(parts_[(own + i) % parts], i == 0);
   }
 
   void work(std::size_t own) {
@@ -153,6 +148,7 @@ class Threads::Team {
 
   std::mutex mutex_;                                 ///< held by the caller of run()
   std::vector<Part> parts_;                          ///< of the caller and of each worker
+  alignas(64) std::atomic<std::uint32_t> done_{0};   ///< chunks of the current loop that are counted
   alignas(64) std::atomic<std::uint32_t> calls_{0};  ///< changes with every loop: what idle threads wait for
   std::atomic<std::uint32_t> part_count_{0};         ///< of the current loop
   std::atomic<Function> function_{nullptr};

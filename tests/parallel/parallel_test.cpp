@@ -58,6 +58,25 @@ TEST(Threads, EachChunkOnceInManyLoopsOfAllSizes) {
   }
 }
 
+/// A thread that ends a loop of many chunks may find the next one, of few, under way.
+TEST(Threads, LoopsOfManyChunksAndOfFewTakeTurns) {
+  for (const int count : {3, 16}) {
+    const Threads threads(count);
+    std::atomic<std::size_t> calls{0};
+    for (int round = 0; round < 20000; ++round) {
+      for (const std::size_t chunks : {40U, 2U, 3U}) {
+        calls = 0;
+        threads.run(chunks, [&](std::size_t) {
+          volatile int work = 0;
+          for (int i = 0; i < 300; ++i) work = work + 1;
+          calls.fetch_add(1);
+        });
+        ASSERT_EQ(calls.load(), chunks) << "round " << round;
+      }
+    }
+  }
+}
+
 TEST(Threads, AllTakePartWhereTheWorkIsLong) {
   const Threads threads(4);
   std::atomic<int> inside{0};
