@@ -33,7 +33,7 @@ TABLES_OF_PAGES = {
     "docs/benchmarks-detection.md": ["query", "handling"],
     "docs/benchmarks-sorts.md": ["sort"],
     "docs/benchmarks-steps.md": ["dynamics", "step", "step scenes"],
-    "docs/benchmarks-instructions.md": ["instructions", "threads", "threads of 16 cores"],
+    "docs/benchmarks-instructions.md": ["instructions", "threads"],
     "docs/notes/benchmarks.md": ["step scenes before"],
 }
 
@@ -173,7 +173,6 @@ def pages(root):
     for module in (query_table, handling_table, threads_table, dynamics_table, step_table, instructions_table):
         name = module.__name__.removesuffix("_table")
         tables[name] = module.table(kept[name])
-    tables["threads of 16 cores"] = threads_table.table(json.loads((results / "threads-of-16-cores.json").read_text()))
     for name in ("step scenes", "step scenes before"):
         tables[name] = step_scenes_table.table(json.loads((results / f"{name.replace(' ', '-')}.json").read_text()))
     blocks = {
