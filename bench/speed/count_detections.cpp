@@ -27,6 +27,7 @@
 #include <palpate/relax.hpp>
 #include <palpate/simulation.hpp>
 
+#include "measure/replay.hpp"
 #include "measure/section.hpp"
 #include "our_query.hpp"
 #include "scene/load.hpp"
@@ -58,17 +59,6 @@ void record(Model model, const Scene& scene, int steps, const std::string& file)
   std::cout << frames.size() << " detections\n";
 }
 
-std::uint64_t hash_of(const EdgeContacts& contacts, std::uint64_t hash) {
-  const auto add = [&](const auto& values) { hash = fnv1a(std::as_bytes(std::span(values)), hash); };
-  add(contacts.edge);
-  add(contacts.body);
-  add(contacts.triangles);
-  add(contacts.parameters);
-  add(contacts.depth);
-  add(contacts.direction);
-  return hash;
-}
-
 void detect(const Model& model, const DetectionSettings& settings, const std::string& file) {
   Detector detector(model.bodies, settings, rigid_bodies(model), 1);
   std::vector<Vec3> positions(model.bodies.points_rest().size());
@@ -82,7 +72,7 @@ void detect(const Model& model, const DetectionSettings& settings, const std::st
     detector.detect(positions);
     CALLGRIND_TOGGLE_COLLECT;
     if (++frames == 1) CALLGRIND_DUMP_STATS;
-    hash = hash_of(detector.edge_contacts(), hash);
+    hash = measure::hash_of(detector.edge_contacts(), hash);
   }
   std::cout << frames << " detections, hash of edge contacts " << measure::hash_text(hash) << '\n';
 }

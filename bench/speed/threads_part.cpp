@@ -2,17 +2,14 @@
 // of instructions_part.cpp predict, by the clock. All thread counts take turns, and must have the same result
 // to the bit.
 #include <algorithm>
+#include <cstdint>
 #include <deque>
 #include <filesystem>
 #include <fmt/format.h>
-#include <functional>
 #include <map>
 #include <span>
 #include <string>
 #include <thread>
-#include <tuple>
-#include <type_traits>
-#include <utility>
 #include <vector>
 
 #include <palpate/detection.hpp>
@@ -21,8 +18,10 @@
 #include <palpate/simulation.hpp>
 
 #include "measure/query_scenes.hpp"
+#include "measure/replay.hpp"
 #include "scene/load.hpp"
 #include "scene/scene.hpp"
+#include "sim/state_hash.hpp"
 #include "speed/part.hpp"
 #include "speed/rows.hpp"
 #include "stopwatch.hpp"
@@ -79,27 +78,15 @@ void add_phases(FrameTimes& times, const DetectionTimes& seconds) {
   times.add("depth", seconds.depth);
 }
 
-template <class T>
-bool same_bytes(const T& a, const T& b) {
-  const auto bytes = [](const T& list) { return std::as_bytes(std::span(list)); };
-  return std::ranges::equal(bytes(a), bytes(b));
-}
-bool same(const Detector& a, const Detector& b) {
-  const auto columns = [](const Detector& d) {
-    const Contacts& c = d.contacts();
-    const EdgeContacts& e = d.edge_contacts();
-    return std::tuple(std::cref(c.point), std::cref(c.body), std::cref(c.tet), std::cref(c.weights),
-                      std::cref(c.depth), std::cref(c.direction), std::cref(c.certainty), std::cref(e.edge),
-                      std::cref(e.body), std::cref(e.triangles), std::cref(e.parameters), std::cref(e.depth),
-                      std::cref(e.direction));
-  };
-  static_assert(std::has_unique_object_representations_v<BorderEdge>);
-  static_assert(sizeof(Crossing) == 2 * sizeof(Index) + sizeof(double));
-  const auto all = [&]<std::size_t... i>(std::index_sequence<i...>) {
-    return (same_bytes(std::get<i>(columns(a)).get(), std::get<i>(columns(b)).get()) && ...);
-  };
-  return all(std::make_index_sequence<std::tuple_size_v<decltype(columns(a))>>()) &&
-         same_bytes(a.border_edges(), b.border_edges()) && same_bytes(a.crossings(), b.crossings());
+/// Of all that a detection finds.
+std::uint64_t hash_of(const Detector& detector) {
+  std::uint64_t hash = measure::hash_of(detector.contacts(), fnv1a({}));
+  hash = measure::hash_of(detector.edge_contacts(), hash);
+  hash = fnv1a(std::as_bytes(std::span(detector.contacts().weights)), hash);
+  hash = fnv1a(std::as_bytes(std::span(detector.contacts().certainty)), hash);
+  hash = fnv1a(std::as_bytes(detector.border_edges()), hash);
+  static_assert(sizeof(Crossing) == 2 * sizeof(Index) + sizeof(double), "no bytes without a value");
+  return fnv1a(std::as_bytes(detector.crossings()), hash);
 }
 
 [[noreturn]] void fail(const std::string& name, int threads, int frame) {
@@ -123,7 +110,7 @@ Json detections(const measure::QueryScene& scene, int frames) {
       const Stopwatch watch;
       detectors[i].detect(positions);
       const double seconds = watch.seconds();
-      if (!same(detectors[0], detectors[i])) fail(scene.name, counts[i], frame);
+      if (hash_of(detectors[i]) != hash_of(detectors[0])) fail(scene.name, counts[i], frame);
       if (frame < warm_up) continue;
       times[i].add("all", seconds);
       add_phases(times[i], detectors[i].times());

@@ -82,6 +82,17 @@ std::uint64_t hash_of(const Contacts& contacts, std::uint64_t hash) {
   return hash;
 }
 
+std::uint64_t hash_of(const EdgeContacts& contacts, std::uint64_t hash) {
+  const auto add = [&](const auto& values) { hash = fnv1a(std::as_bytes(std::span(values)), hash); };
+  add(contacts.edge);
+  add(contacts.body);
+  add(contacts.triangles);
+  add(contacts.parameters);
+  add(contacts.depth);
+  add(contacts.direction);
+  return hash;
+}
+
 void add_measures(Section& section, const std::string& scene, const std::vector<Method>& methods,
                   const std::vector<MethodTimes>& times) {
   for (std::size_t w = 0; w < methods.size(); ++w) {

@@ -57,6 +57,8 @@ std::vector<MethodTimes> replay(const Recording& recording, const std::vector<Me
 
 /// Continues a hash (fnv1a) with contacts: points, bodies, tets, depths and directions.
 std::uint64_t hash_of(const Contacts& contacts, std::uint64_t hash);
+/// The same with all columns of edge contacts.
+std::uint64_t hash_of(const EdgeContacts& contacts, std::uint64_t hash);
 
 /// Adds to the section the times of the methods, without the first frame, and the hash of their contacts.
 void add_measures(Section& section, const std::string& scene, const std::vector<Method>& methods,

@@ -12,9 +12,9 @@ namespace palpate::parallel {
 /// The calling thread works too. Each thread begins with its own part of the chunks, so that loops over the
 /// same data leave them in its cache; who has none left takes chunks of the others. The loop ends when all
 /// chunks are done. Of a thread that the system has suspended, others do all chunks that it has not begun. On
-/// a machine with other work, a loop is at worst about as slow as on one thread. (OpenMP's run-time waits for every
-/// thread of the team at each loop; with both cores of our test machine busy, that made steps 8 to 100 times
-/// slower.)
+/// a machine with other work, a loop is at worst about as slow as on one thread. (OpenMP's run-time waits for
+/// every thread of the team at each loop; with both cores of our test machine busy, that made steps 8 to 100
+/// times slower.)
 class Threads {
  public:
   static constexpr int most = 1024;

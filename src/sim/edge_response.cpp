@@ -10,7 +10,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t grain = 16;
+constexpr std::size_t grain = 64;
 // Cosines of the angle between surface normal and contact direction. Above the first the surface is a face;
 // below the second it is a side.
 constexpr double faces_along = 0.95;

@@ -61,7 +61,10 @@ TEST_F(BenchSpeed, ThreadsHaveTheSameResults) {
     for (const Json& times : c["times"]) {
       EXPECT_EQ(times["threads"], threads) << c;
       EXPECT_GT(times["all"]["ms"].get<double>(), times["depth"]["ms"].get<double>()) << c;
-      EXPECT_EQ(times["all"]["faster"] == 1.0, threads == 1) << c;
+      EXPECT_GT(times["all"]["faster"].get<double>(), 0.0) << c;
+      if (threads == 1) {
+        EXPECT_EQ(times["all"]["faster"], 1.0) << c;
+      }
       threads *= 2;
     }
   }
