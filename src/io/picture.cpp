@@ -145,15 +145,13 @@ Painter painter_of(const PictureSubject& subject, const PictureSettings& setting
 }
 
 void paint_tile(const Painter& painter, int left, int top, int height, Image& image) {
-  constexpr int samples = samples_per_side * samples_per_side;
   for (int y = top; y < std::min(top + tile, height); ++y) {
     for (int x = left; x < std::min(left + tile, image.width); ++x) {
-      Light sum{};
-      for (int i = 0; i < samples; ++i) sum += painter.sample(x, y, i);
+      const Light light = painter.pixel(x, y);
       std::uint8_t* pixel = image.pixel(x, y);
-      pixel[0] = to_byte(sum.x / samples);
-      pixel[1] = to_byte(sum.y / samples);
-      pixel[2] = to_byte(sum.z / samples);
+      pixel[0] = to_byte(light.x);
+      pixel[1] = to_byte(light.y);
+      pixel[2] = to_byte(light.z);
     }
   }
 }

@@ -1,5 +1,6 @@
 #include "io/picture_scene.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -11,19 +12,25 @@
 namespace palpate::io {
 namespace {
 
-template <class Ray>
-void set_ray(Ray& ray, const Vec3& origin, const Vec3& direction, double distance) {
-  ray.org_x = static_cast<float>(origin.x);
-  ray.org_y = static_cast<float>(origin.y);
-  ray.org_z = static_cast<float>(origin.z);
-  ray.dir_x = static_cast<float>(direction.x);
-  ray.dir_y = static_cast<float>(direction.y);
-  ray.dir_z = static_cast<float>(direction.z);
-  ray.tnear = 0.0F;
-  ray.tfar = static_cast<float>(distance);
-  ray.time = 0.0F;
-  ray.mask = ~0U;
-  ray.flags = 0;
+/// Which rays of a packet there are: -1, otherwise 0.
+using Valid = std::array<int, Rays::most>;
+
+void set_rays(RTCRay16& packet, Valid& valid, const Rays& rays, double distance) {
+  for (std::size_t i = 0; i < Rays::most; ++i) {
+    valid[i] = i < rays.count ? -1 : 0;
+    if (i >= rays.count) continue;
+    packet.org_x[i] = static_cast<float>(rays.origins[i].x);
+    packet.org_y[i] = static_cast<float>(rays.origins[i].y);
+    packet.org_z[i] = static_cast<float>(rays.origins[i].z);
+    packet.dir_x[i] = static_cast<float>(rays.directions[i].x);
+    packet.dir_y[i] = static_cast<float>(rays.directions[i].y);
+    packet.dir_z[i] = static_cast<float>(rays.directions[i].z);
+    packet.tnear[i] = 0.0F;
+    packet.tfar[i] = static_cast<float>(distance);
+    packet.time[i] = 0.0F;
+    packet.mask[i] = ~0U;
+    packet.flags[i] = 0;
+  }
 }
 
 template <class Item>
@@ -88,25 +95,34 @@ RayScene RayScene::of_spheres(std::span<const Vec3> centres, std::span<const dou
   return scene;
 }
 
-std::optional<RayHit> RayScene::first_hit(const Vec3& origin, const Vec3& direction) const {
+std::array<std::optional<RayHit>, Rays::most> RayScene::first_hits(const Rays& rays) const {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
-  RTCRayHit query;
-  set_ray(query.ray, origin, direction, std::numeric_limits<double>::infinity());
-  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-  query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-  rtcIntersect1(scene_.get(), &context, &query);
-  if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
-  return RayHit{query.ray.tfar, static_cast<Index>(query.hit.primID), query.hit.u, query.hit.v};
+  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  alignas(64) Valid valid;
+  RTCRayHit16 query;
+  set_rays(query.ray, valid, rays, std::numeric_limits<double>::infinity());
+  std::ranges::fill(query.hit.geomID, RTC_INVALID_GEOMETRY_ID);
+  std::ranges::fill(query.hit.instID[0], RTC_INVALID_GEOMETRY_ID);
+  rtcIntersect16(valid.data(), scene_.get(), &context, &query);
+  std::array<std::optional<RayHit>, Rays::most> hits;
+  for (std::size_t i = 0; i < rays.count; ++i) {
+    if (query.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID)
+      hits[i] = {query.ray.tfar[i], static_cast<Index>(query.hit.primID[i]), query.hit.u[i], query.hit.v[i]};
+  }
+  return hits;
 }
 
-bool RayScene::blocked(const Vec3& origin, const Vec3& direction, double distance) const {
+std::array<bool, Rays::most> RayScene::blocked(const Rays& rays, double distance) const {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
-  RTCRay ray;
-  set_ray(ray, origin, direction, distance);
-  rtcOccluded1(scene_.get(), &context, &ray);
-  return ray.tfar < 0.0F;
+  alignas(64) Valid valid;
+  RTCRay16 packet;
+  set_rays(packet, valid, rays, distance);
+  rtcOccluded16(valid.data(), scene_.get(), &context, &packet);
+  std::array<bool, Rays::most> result{};
+  for (std::size_t i = 0; i < rays.count; ++i) result[i] = packet.tfar[i] < 0.0F;
+  return result;
 }
 
 }  // namespace palpate::io

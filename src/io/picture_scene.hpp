@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <embree3/rtcore.h>
 #include <memory>
 #include <optional>
@@ -17,6 +19,17 @@ struct RayHit {
   double v = 0.0;  ///< weight of the third corner
 };
 
+/// Rays that are cast together, which is faster.
+struct Rays {
+  static constexpr std::size_t most = 16;
+  std::size_t count = 0;  ///< <= most
+  std::array<Vec3, most> origins, directions;
+  void add(const Vec3& origin, const Vec3& direction) {
+    origins[count] = origin;
+    directions[count++] = direction;
+  }
+};
+
 /// Triangles or spheres for ray casting, by Embree. Queries may come from several threads at once.
 class RayScene {
  public:
@@ -25,10 +38,10 @@ class RayScene {
   /// \param centres, radii  (n), of the same length, n > 0
   static RayScene of_spheres(std::span<const Vec3> centres, std::span<const double> radii);
 
-  /// The first primitive that the ray meets, if any.
-  [[nodiscard]] std::optional<RayHit> first_hit(const Vec3& origin, const Vec3& direction) const;
-  /// Whether the ray hits anything within `distance`.
-  [[nodiscard]] bool blocked(const Vec3& origin, const Vec3& direction, double distance) const;
+  /// The first primitive that each ray meets, if any.
+  [[nodiscard]] std::array<std::optional<RayHit>, Rays::most> first_hits(const Rays& rays) const;
+  /// Whether each ray hits anything within `distance`.
+  [[nodiscard]] std::array<bool, Rays::most> blocked(const Rays& rays, double distance) const;
 
  private:
   template <class Handle, void (*release)(Handle)>

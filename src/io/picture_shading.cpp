@@ -13,13 +13,15 @@ namespace {
 
 constexpr double offset = 1e-4;           // secondary rays start this far above a surface
 constexpr double occlusion_reach = 0.45;  // distance within which surfaces darken a corner
-constexpr int occlusion_rays = 4;         // rays per sample
-constexpr int sun_rays = 4;               // rays per sample; with fewer, soft edges of shadows are speckled
-constexpr double sun_size = 0.10;         // radius of the light as a slope: how soft shadows are
+constexpr double sun_reach = 8.0;
+// Of the light, and as many of the sky; with fewer, soft edges of shadows are speckled.
+constexpr int rays_of_sample = 4;
+constexpr double sun_size = 0.10;  // radius of the light as a slope: how soft shadows are
 constexpr double sun = 0.80;
 constexpr double sky = 0.47;
-constexpr double bounce = 0.32;               // light from below
-constexpr double dot_pixels = 3.4 / 960.0;    // radius of a dot, of the image's height
+constexpr double bounce = 0.32;             // light from below
+constexpr double dot_pixels = 3.4 / 960.0;  // radius of a dot, of the image's height
+constexpr double full_turn = 2.0 * std::numbers::pi;
 constexpr double line_pixels = 0.62 / 960.0;  // half width of an edge line, of the image's height
 
 double smooth_step(double low, double high, double x) {
@@ -64,7 +66,7 @@ double pixel_noise(double x, double y) {
 double line_distance(const ScreenPoint& a, const ScreenPoint& b, double x, double y) {
   const double dx = b.x - a.x;
   const double dy = b.y - a.y;
-  const double span = std::hypot(dx, dy);
+  const double span = std::sqrt(dx * dx + dy * dy);
   return span > 0.0 ? std::abs(dx * (y - a.y) - dy * (x - a.x)) / span : 0.0;
 }
 
@@ -76,16 +78,60 @@ struct Painter::Ray {
   double x, y;  // where the ray meets the image
 };
 
-/// The random choices of one sample: a low-discrepancy sequence (R2, Roberts 2018) with an own offset in each
-/// pixel.
-struct Painter::Pattern {
-  double offset_u, offset_v;
-  int sample;
-  [[nodiscard]] std::pair<double, double> at(int ray, int rays) const {
-    const double n = sample * rays + ray + 1;
-    return {fraction(offset_u + n * 0.7548776662466927), fraction(offset_v + n * 0.5698402909980532)};
-  }
+/// What one sample of a pixel sees.
+struct Painter::Spot {
+  Ray ray;
+  std::optional<RayHit> hit;  ///< none: background
+  Vec3 place;                 ///< secondary rays start here
+  Vec3 normal;                ///< of the side that is seen
+  Vec3 side;                  ///< at a right angle to the normal
+  Vec3 smooth;                ///< the same between the normals of corners
+  double facing = 0.0;        ///< cosine of the angle to the light; 0: no light
+  double shadow = 0.0;        ///< background: strength of shadows on the ground
+  double lit = 0.0;           ///< fraction of the light that is not blocked: soft shadows
+  double open = 0.0;  ///< fraction of the half space without near surfaces, weighted by the cosine (ambient
+                      ///< occlusion)
 };
+
+/// The random choices of a pixel: a low-discrepancy sequence (R2, Roberts 2018) that starts at (u, v).
+struct Painter::Pattern {
+  double u, v;
+  double cos_u, sin_u, cos_v, sin_v;  ///< of 2 pi u and 2 pi v
+  Pattern(double start_u, double start_v)
+      : u(start_u),
+        v(start_v),
+        cos_u(std::cos(full_turn * u)),
+        sin_u(std::sin(full_turn * u)),
+        cos_v(std::cos(full_turn * v)),
+        sin_v(std::sin(full_turn * v)) {}
+};
+
+namespace {
+
+/// Item n of the sequence that starts at (0, 0), n = 1, 2 ...
+struct SequenceItem {
+  explicit SequenceItem(int n)
+      : u(fraction(n * 0.7548776662466927)),
+        v(fraction(n * 0.5698402909980532)),
+        cos_u(std::cos(full_turn * u)),
+        sin_u(std::sin(full_turn * u)),
+        cos_v(std::cos(full_turn * v)),
+        sin_v(std::sin(full_turn * v)) {}
+  double u, v;
+  double cos_u, sin_u, cos_v, sin_v;
+};
+
+/// An item for each ray of each sample.
+const std::vector<SequenceItem>& sequence() {
+  static const std::vector<SequenceItem> items = [] {
+    std::vector<SequenceItem> all;
+    for (int n = 1; n <= samples_of_pixel * rays_of_sample; ++n) all.emplace_back(n);
+    return all;
+  }();
+  return items;
+}
+
+}  // namespace
 
 Light to_light(const Colour& colour) {
   const auto linear = [](float c) { return c <= 0.04045F ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4); };
@@ -107,6 +153,8 @@ Painter::Painter(Input input)
       surfaces_(RayScene::of_triangles(in_.points, in_.triangles)) {
   const Camera& camera = in_.camera;
   to_light_ = normalized(-0.45 * camera.right + Vec3{0.0, 0.0, 1.0} - 0.45 * camera.forward);
+  across_light_[0] = normalized(cross(to_light_, camera.forward));
+  across_light_[1] = cross(to_light_, across_light_[0]);
   ground_z_ = std::numeric_limits<double>::max();
   for (const Triangle& t : in_.triangles) {
     for (const Index corner : t) ground_z_ = std::min(ground_z_, at(in_.points, corner).z);
@@ -122,59 +170,79 @@ Painter::Painter(Input input)
   if (!in_.dots.empty()) dots_ = RayScene::of_spheres(in_.dots, dot_radii_);
 }
 
-Light Painter::sample(int pixel_x, int pixel_y, int index) const {
-  const int column = index % samples_per_side;
-  const int row = index / samples_per_side;
-  const double x = pixel_x + (column + 0.5) / samples_per_side;
-  const double y = pixel_y + (row + 0.5) / samples_per_side;
-  const Ray ray{in_.camera.position, in_.camera.direction(x, y), x, y};
-  const Pattern pattern{
-      pixel_noise(pixel_x, pixel_y),
-      random_of(static_cast<std::uint64_t>(pixel_y) << 32U | static_cast<std::uint64_t>(pixel_x)), index};
+Light Painter::pixel(int pixel_x, int pixel_y) const {
+  const Pattern pattern(pixel_noise(pixel_x, pixel_y), random_of(static_cast<std::uint64_t>(pixel_y) << 32U |
+                                                                 static_cast<std::uint64_t>(pixel_x)));
+  std::array<Ray, samples_of_pixel> rays;
+  Rays to_surfaces;
+  for (int i = 0; i < samples_of_pixel; ++i) {
+    const double x = pixel_x + (i % samples_per_side + 0.5) / samples_per_side;
+    const double y = pixel_y + (i / samples_per_side + 0.5) / samples_per_side;
+    rays[static_cast<std::size_t>(i)] = {in_.camera.position, in_.camera.direction(x, y), x, y};
+    to_surfaces.add(in_.camera.position, rays[static_cast<std::size_t>(i)].direction);
+  }
+  const auto hits = surfaces_.first_hits(to_surfaces);
+  Spots spots;
+  for (std::size_t i = 0; i < spots.size(); ++i) spots[i] = seen(rays[i], hits[i]);
+  find_sunlight(spots, pattern);
+  find_skylight(spots, pattern);
+  const auto dots = dots_ ? dots_->first_hits(to_surfaces) : decltype(hits){};
+  Light sum{};
+  for (std::size_t i = 0; i < spots.size(); ++i) {
+    const Light light = spots[i].hit ? surface(spots[i]) : background(spots[i]);
+    sum += dots[i] ? with_dot(spots[i], *dots[i], light) : light;
+  }
+  return (1.0 / samples_of_pixel) * sum;
+}
 
-  const std::optional<RayHit> hit = surfaces_.first_hit(ray.origin, ray.direction);
-  const Light light = hit ? surface(*hit, ray, pattern) : background(ray, pattern);
-  if (!dots_) return light;
-  const std::optional<RayHit> dot_hit = dots_->first_hit(ray.origin, ray.direction);
-  if (!dot_hit) return light;
-  return with_dot(light, *dot_hit, hit ? hit->distance : std::numeric_limits<double>::infinity(), ray);
+/// What a ray from the camera meets, without the light that reaches it.
+Painter::Spot Painter::seen(const Ray& ray, const std::optional<RayHit>& meets) const {
+  Spot spot{.ray = ray,
+            .hit = meets,
+            .place = {},
+            .normal = {0.0, 0.0, 1.0},
+            .side = {1.0, 0.0, 0.0},
+            .smooth = {}};
+  if (!spot.hit) {
+    if (ray.direction.z > -1e-6 || ray.origin.z <= ground_z_) return spot;
+    spot.place = ray.origin + ((ground_z_ - ray.origin.z) / ray.direction.z) * ray.direction;
+    spot.shadow =
+        (1.0 - smooth_step(1.1, 2.4, std::sqrt(spot.place.x * spot.place.x + spot.place.y * spot.place.y))) *
+        smooth_step(0.0, 0.06, 1.0 - ray.y / in_.height);
+    return spot;
+  }
+  const RayHit& hit = *spot.hit;
+  const Triangle& t = at(in_.triangles, hit.primitive);
+  const auto corner = [&](int i) { return at(in_.points, at(t, i)); };
+  spot.normal = normalized(cross(corner(1) - corner(0), corner(2) - corner(0)));
+  const auto& n = at(normals_, hit.primitive);
+  spot.smooth = normalized((1.0 - hit.u - hit.v) * n[0] + hit.u * n[1] + hit.v * n[2]);
+  if (dot(spot.normal, ray.direction) > 0.0) {  // the surface is seen from inside
+    spot.normal = -spot.normal;
+    spot.smooth = -spot.smooth;
+  }
+  spot.side = normalized(
+      cross(spot.normal, std::abs(spot.normal.x) < 0.5 ? Vec3{1.0, 0.0, 0.0} : Vec3{0.0, 1.0, 0.0}));
+  spot.place = ray.origin + hit.distance * ray.direction + offset * spot.normal;
+  spot.facing = std::max(0.0, dot(spot.smooth, to_light_));
+  return spot;
 }
 
 /// White below, a slight blue above, and the shadow of the bodies on an invisible ground.
-Light Painter::background(const Ray& ray, const Pattern& pattern) const {
+Light Painter::background(const Spot& spot) const {
   const Light top{0.84, 0.88, 0.93};
-  const Light paper = mix(top, {1.0, 1.0, 1.0}, smooth_step(0.0, 0.75, ray.y / in_.height));
-  if (ray.direction.z > -1e-6 || ray.origin.z <= ground_z_) return paper;
-  const double distance = (ground_z_ - ray.origin.z) / ray.direction.z;
-  const Vec3 place = ray.origin + distance * ray.direction;
-  const double fade = (1.0 - smooth_step(1.1, 2.4, std::hypot(place.x, place.y))) *
-                      smooth_step(0.0, 0.06, 1.0 - ray.y / in_.height);
-  if (fade <= 0.0) return paper;
-  const double open = openness(place, {0.0, 0.0, 1.0}, pattern);
-  const double shadow = 0.30 * (1.0 - lit(place, pattern)) + 0.38 * (1.0 - open);
-  return (1.0 - fade * shadow) * paper;
+  const Light paper = mix(top, {1.0, 1.0, 1.0}, smooth_step(0.0, 0.75, spot.ray.y / in_.height));
+  return (1.0 - spot.shadow * (0.30 * (1.0 - spot.lit) + 0.38 * (1.0 - spot.open))) * paper;
 }
 
-Light Painter::surface(const RayHit& hit, const Ray& ray, const Pattern& pattern) const {
-  const Triangle& t = at(in_.triangles, hit.primitive);
-  const auto corner = [&](int i) { return at(in_.points, at(t, i)); };
-  Vec3 flat = normalized(cross(corner(1) - corner(0), corner(2) - corner(0)));
-  const auto& n = at(normals_, hit.primitive);
-  Vec3 smooth = normalized((1.0 - hit.u - hit.v) * n[0] + hit.u * n[1] + hit.v * n[2]);
-  if (dot(flat, ray.direction) > 0.0) {  // the surface is seen from inside
-    flat = -flat;
-    smooth = -smooth;
-  }
-  const Vec3 place = ray.origin + hit.distance * ray.direction + offset * flat;
-  const double facing = std::max(0.0, dot(smooth, to_light_));
-  const double direct = facing > 0.0 ? facing * lit(place, pattern) : 0.0;
-  const double ambient = (bounce + (sky - bounce) * (0.5 + 0.5 * smooth.z)) * openness(place, flat, pattern);
+Light Painter::surface(const Spot& spot) const {
+  const RayHit& hit = *spot.hit;
+  const double ambient = (bounce + (sky - bounce) * (0.5 + 0.5 * spot.smooth.z)) * spot.open;
+  const double light = sun * spot.facing * spot.lit + ambient;
   const auto& corners = at(in_.corner_colours, hit.primitive);
-  const Light colour = (1.0 - hit.u - hit.v) * corners[0] + hit.u * corners[1] + hit.v * corners[2];
-  const Light light = (sun * direct + ambient) * colour;
-  if (!in_.edges) return light;
-  return mix(light, (0.18 * (sun * direct + ambient)) * colour,
-             0.75 * edge_strength(hit.primitive, ray.x, ray.y));
+  const Light colour = light * ((1.0 - hit.u - hit.v) * corners[0] + hit.u * corners[1] + hit.v * corners[2]);
+  if (!in_.edges) return colour;
+  return mix(colour, 0.18 * colour, 0.75 * edge_strength(hit.primitive, spot.ray.x, spot.ray.y));
 }
 
 /// 1 on the edge of a triangle, 0 away from it; fades where triangles are too small for lines.
@@ -185,8 +253,10 @@ double Painter::edge_strength(Index triangle, double x, double y) const {
   const ScreenPoint& c = at(screen_, t[2]);
   if (std::min({a.depth, b.depth, c.depth}) <= 0.0) return 0.0;
   const double area = std::abs((b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x));
-  const double longest = std::max(
-      {std::hypot(b.x - a.x, b.y - a.y), std::hypot(c.x - b.x, c.y - b.y), std::hypot(a.x - c.x, a.y - c.y)});
+  const auto square = [](const ScreenPoint& p, const ScreenPoint& q) {
+    return (q.x - p.x) * (q.x - p.x) + (q.y - p.y) * (q.y - p.y);
+  };
+  const double longest = std::sqrt(std::max({square(a, b), square(b, c), square(c, a)}));
   const double height = longest > 0.0 ? area / longest : 0.0;
   const unsigned sides = in_.drawn_sides.empty() ? 7U : at(in_.drawn_sides, triangle);
   double distance = std::numeric_limits<double>::infinity();
@@ -198,8 +268,9 @@ double Painter::edge_strength(Index triangle, double x, double y) const {
 }
 
 /// A red disc with a white rim: opaque at the surface, fainter with its depth in edge lengths.
-Light Painter::with_dot(const Light& behind, const RayHit& dot_hit, double surface_distance,
-                        const Ray& ray) const {
+Light Painter::with_dot(const Spot& spot, const RayHit& dot_hit, const Light& behind) const {
+  const Ray& ray = spot.ray;
+  const double surface_distance = spot.hit ? spot.hit->distance : std::numeric_limits<double>::infinity();
   const Vec3 to_centre = at(in_.dots, dot_hit.primitive) - ray.origin;
   const double along = dot(to_centre, ray.direction);
   const double across = std::sqrt(std::max(0.0, squared_length(to_centre) - along * along));
@@ -209,37 +280,60 @@ Light Painter::with_dot(const Light& behind, const RayHit& dot_hit, double surfa
   return mix(behind, core ? to_light(contact_colour) : Light{1.0, 1.0, 1.0}, strength * (core ? 1.0 : 0.85));
 }
 
-/// Fraction of the half space above a position without near surfaces, weighted by the cosine (ambient
-/// occlusion).
-double Painter::openness(const Vec3& place, const Vec3& normal, const Pattern& pattern) const {
-  const Vec3 helper = std::abs(normal.x) < 0.5 ? Vec3{1.0, 0.0, 0.0} : Vec3{0.0, 1.0, 0.0};
-  const Vec3 side = normalized(cross(normal, helper));
-  const Vec3 other = cross(normal, side);
-  int open = 0;
-  for (int ray = 0; ray < occlusion_rays; ++ray) {
-    const auto [u, v] = pattern.at(ray, occlusion_rays);
-    const double radius = std::sqrt(u);
-    const double angle = 2.0 * std::numbers::pi * v;
-    const Vec3 direction = (radius * std::cos(angle)) * side + (radius * std::sin(angle)) * other +
-                           std::sqrt(std::max(0.0, 1.0 - u)) * normal;
-    if (!surfaces_.blocked(place, direction, occlusion_reach)) ++open;
+/// Sets `fraction` of the spots that ask for it to the fraction of their rays that no surface blocks. If none
+/// of the first packet of rays is blocked, no others are cast.
+template <class Asks, class Direction>
+void Painter::cast(Spots& spots, double Spot::*fraction, double reach, const Asks& asks,
+                   const Direction& direction) const {
+  std::array<int, samples_of_pixel> rays_of_spot{};
+  std::array<std::size_t, Rays::most> spot_of_ray{};
+  Rays rays;
+  const auto cast_packet = [&] {  // returns the number of rays that are not blocked
+    const auto blocked = surfaces_.blocked(rays, reach);
+    for (std::size_t i = 0; i < rays.count; ++i) {
+      spots[spot_of_ray[i]].*fraction += blocked[i] ? 0.0 : 1.0;
+      ++rays_of_spot[spot_of_ray[i]];
+    }
+    return std::count(blocked.begin(), blocked.begin() + static_cast<std::ptrdiff_t>(rays.count), false);
+  };
+  const auto& items = sequence();
+  bool first = true;
+  for (std::size_t k = 0; k <= items.size(); ++k) {
+    if (rays.count == Rays::most || (k == items.size() && rays.count > 0)) {
+      const auto open = cast_packet();
+      if (first && std::cmp_equal(open, rays.count)) break;
+      first = false;
+      rays.count = 0;
+    }
+    if (k == items.size() || !asks(spots[k % spots.size()])) continue;
+    spot_of_ray[rays.count] = k % spots.size();
+    rays.add(spots[k % spots.size()].place, direction(spots[k % spots.size()], items[k]));
   }
-  return static_cast<double>(open) / occlusion_rays;
+  for (std::size_t i = 0; i < spots.size(); ++i) spots[i].*fraction /= std::max(1, rays_of_spot[i]);
 }
 
-/// The fraction of the light that reaches a position: soft shadows.
-double Painter::lit(const Vec3& place, const Pattern& pattern) const {
-  const Vec3 side = normalized(cross(to_light_, in_.camera.forward));
-  const Vec3 other = cross(to_light_, side);
-  int open = 0;
-  for (int ray = 0; ray < sun_rays; ++ray) {
-    const auto [u, v] = pattern.at(ray, sun_rays);
-    const double radius = sun_size * std::sqrt(v);
-    const double angle = 2.0 * std::numbers::pi * u;
-    const Vec3 direction = to_light_ + (radius * std::cos(angle)) * side + (radius * std::sin(angle)) * other;
-    if (!surfaces_.blocked(place, normalized(direction), 8.0)) ++open;
-  }
-  return static_cast<double>(open) / sun_rays;
+void Painter::find_sunlight(Spots& spots, const Pattern& pattern) const {
+  cast(
+      spots, &Spot::lit, sun_reach, [](const Spot& spot) { return spot.facing > 0.0 || spot.shadow > 0.0; },
+      [&](const Spot&, const SequenceItem& item) {
+        const double radius = sun_size * std::sqrt(fraction(pattern.v + item.v));
+        return to_light_ +
+               (radius * (pattern.cos_u * item.cos_u - pattern.sin_u * item.sin_u)) * across_light_[0] +
+               (radius * (pattern.sin_u * item.cos_u + pattern.cos_u * item.sin_u)) * across_light_[1];
+      });
+}
+
+void Painter::find_skylight(Spots& spots, const Pattern& pattern) const {
+  cast(
+      spots, &Spot::open, occlusion_reach, [](const Spot& spot) { return spot.hit || spot.shadow > 0.0; },
+      [&](const Spot& spot, const SequenceItem& item) {
+        const double u = fraction(pattern.u + item.u);
+        const double radius = std::sqrt(u);
+        return (radius * (pattern.cos_v * item.cos_v - pattern.sin_v * item.sin_v)) * spot.side +
+               (radius * (pattern.sin_v * item.cos_v + pattern.cos_v * item.sin_v)) *
+                   cross(spot.normal, spot.side) +
+               std::sqrt(std::max(0.0, 1.0 - u)) * spot.normal;
+      });
 }
 
 }  // namespace palpate::io

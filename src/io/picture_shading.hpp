@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -19,8 +20,9 @@ using Light = Vec3;
 Light to_light(const Colour& colour);
 std::uint8_t to_byte(double light);
 
-/// A pixel is the mean of samples_per_side^2 samples on a grid.
+/// A pixel is the mean of samples on a grid.
 inline constexpr int samples_per_side = 3;
+inline constexpr int samples_of_pixel = samples_per_side * samples_per_side;
 
 /// Computes the colours of an image: surfaces, edges, dots, shadows and background. Everything is in a sphere
 /// of radius about 1 around the origin, which gives the scale for offsets and lengths of rays. Holds copies
@@ -40,22 +42,28 @@ class Painter {
   };
   explicit Painter(Input input);
 
-  /// Light of sample 0 .. samples_per_side^2 - 1 of a pixel. Depends only on its arguments.
-  [[nodiscard]] Light sample(int pixel_x, int pixel_y, int index) const;
+  /// Light of a pixel. Depends only on its arguments.
+  [[nodiscard]] Light pixel(int pixel_x, int pixel_y) const;
 
  private:
   struct Ray;
+  struct Spot;
   struct Pattern;
-  [[nodiscard]] Light background(const Ray& ray, const Pattern& pattern) const;
-  [[nodiscard]] Light surface(const RayHit& hit, const Ray& ray, const Pattern& pattern) const;
-  [[nodiscard]] Light with_dot(const Light& behind, const RayHit& dot, double surface_distance,
-                               const Ray& ray) const;
-  [[nodiscard]] double openness(const Vec3& place, const Vec3& normal, const Pattern& pattern) const;
-  [[nodiscard]] double lit(const Vec3& place, const Pattern& pattern) const;
+  using Spots = std::array<Spot, samples_of_pixel>;
+  [[nodiscard]] Spot seen(const Ray& ray, const std::optional<RayHit>& meets) const;
+  void find_sunlight(Spots& spots, const Pattern& pattern) const;
+  void find_skylight(Spots& spots, const Pattern& pattern) const;
+  template <class Asks, class Direction>
+  void cast(Spots& spots, double Spot::*fraction, double reach, const Asks& asks,
+            const Direction& direction) const;
+  [[nodiscard]] Light background(const Spot& spot) const;
+  [[nodiscard]] Light surface(const Spot& spot) const;
+  [[nodiscard]] Light with_dot(const Spot& spot, const RayHit& dot_hit, const Light& behind) const;
   [[nodiscard]] double edge_strength(Index triangle, double x, double y) const;
 
   Input in_;
   Vec3 to_light_;
+  std::array<Vec3, 2> across_light_;  ///< two directions at right angles to the light
   double ground_z_ = 0.0;
   double mean_edge_ = 0.0;
   double few_dots_ = 0.0;    ///< near 1 for few dots, 0 for many: few dots are drawn stronger
