@@ -53,7 +53,8 @@ void serialize(Archive& archive, RunOutcome& o) {
           o.depth_fallbacks, o.cuckoo_points, o.cuckoo_edges, o.raised_depths, o.cancelled_directions,
           o.regions_without_border, o.border_edges_without_crossing, o.folded_pairs, o.inverted_tets,
           o.late_steps, o.least_completeness, o.steps_without_prediction, o.solver_iterations,
-          o.steps_not_converged, o.steps_too_far, o.thinnest, o.largest_forces, o.stages, o.outcomes);
+          o.steps_not_converged, o.steps_divided, o.steps_too_far, o.thinnest, o.largest_forces, o.stages,
+          o.outcomes);
 }
 
 template <class Archive>

@@ -18,7 +18,7 @@
 
 namespace palpate::app {
 
-inline constexpr Seal checkpoint_seal{.kind = "PALPRUN ", .version = 5};
+inline constexpr Seal checkpoint_seal{.kind = "PALPRUN ", .version = 6};
 
 /// The settings of a run: enough to resume it without its scene file and flags. Meshes are read again.
 struct RunPlan {

@@ -34,6 +34,7 @@ void count(RunOutcome& outcome, const StepMetrics& m, bool continuous) {
   outcome.steps_without_prediction += m.looks_ahead ? 0 : 1;
   outcome.solver_iterations += m.solver_iterations;
   outcome.steps_not_converged += m.solver_converged ? 0 : 1;
+  outcome.steps_divided += m.substeps > 1 ? 1 : 0;
   if (m.passes > 0 || (!continuous && m.pairs_that_could_pass > 0)) {
     outcome.thinnest = outcome.steps_too_far == 0 ? m.thinnest : std::min(outcome.thinnest, m.thinnest);
     ++outcome.steps_too_far;

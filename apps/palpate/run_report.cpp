@@ -222,7 +222,8 @@ void add_outcome(Json& json, const RunReport& report) {
   json["folded_pairs"] = tally_json(outcome.folded_pairs);
   json["inverted_tets"] = tally_json(outcome.inverted_tets);
   json["solver"] = {{"iterations", outcome.solver_iterations},
-                    {"steps_not_converged", outcome.steps_not_converged}};
+                    {"steps_not_converged", outcome.steps_not_converged},
+                    {"steps_divided", outcome.steps_divided}};
   json["steps_too_far"] = outcome.steps_too_far;
   json["thinnest"] = outcome.steps_too_far > 0 ? Json(outcome.thinnest) : Json();
   json["kinetic_energy"] = metrics.kinetic_energy;

@@ -141,6 +141,10 @@ std::string places_text(const RunReport& report) {
   return text;
 }
 
+std::string divided_text(const RunOutcome& outcome) {
+  return outcome.steps_divided == 0 ? "" : fmt::format("; {} divided", outcome.steps_divided);
+}
+
 }  // namespace
 
 std::string not_converged_text(const RunOutcome& outcome) {
@@ -181,8 +185,8 @@ std::string report_text(const RunReport& report) {
   text += outcome_lines(report) + forces_lines(report) + stress_line(report);
   if (outcome.inverted_tets.largest > 0) text += tally_line("inverted tets", outcome.inverted_tets);
   text += phases_text(outcome.times);
-  text += fmt::format("converged     in {} of {}\n", outcome.steps - outcome.steps_not_converged,
-                      counted(static_cast<std::size_t>(outcome.steps), "step"));
+  text += fmt::format("converged     in {} of {}{}\n", outcome.steps - outcome.steps_not_converged,
+                      counted(static_cast<std::size_t>(outcome.steps), "step"), divided_text(outcome));
   if (outcome.steps_too_far > 0) {
     text += fmt::format(
         "too far       in {} something may have gone through a body unseen ({} {} thin); take a smaller "

@@ -148,8 +148,13 @@ struct SolverSettings {
   /// Number of iterations of each solve regardless of the tolerance, for steps of equal time, > 0; none:
   /// until the tolerance is reached.
   std::optional<int> fixed_iterations{};
-  /// Largest number of solves of a step. Bodies that meet, or rotate fast, need more than one.
+  /// Largest number of solves of a substep. Bodies that meet, or rotate fast, need more than one.
   int max_solves = 40;
+  /// A step that does not converge is undone and divided into two substeps, and so are these. No substep is
+  /// shorter than time_step / max_substeps; 1: steps are never divided. 1 to most_substeps. Not used with
+  /// fixed_iterations or a time budget.
+  int max_substeps = 4;
+  static constexpr int most_substeps = 64;  ///< upper bound of max_substeps
 };
 
 /// When bodies count as at rest: the root mean square speed (by mass) of each has been at most `speed` for

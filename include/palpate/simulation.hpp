@@ -22,9 +22,11 @@ struct StepMetrics {
   std::int64_t step = 0;      ///< steps done; 0 is the start
   double time = 0.0;          ///< s, of the simulation
   DetectionCounts detection;  ///< at the end of the step
-  /// Solves of the step's system; more than one where bodies meet within the step, or rotate fast.
+  /// Solves of the step's system; more than one where bodies meet within the step, or rotate
+  /// fast, or where it was divided.
   int solves = 0;
-  int detections = 0;                     ///< more than one where bodies met within the step
+  int detections = 0;                     ///< more than one where bodies met, or where it was divided
+  int substeps = 1;                       ///< more than one where the whole step did not converge
   std::int64_t speculative_contacts = 0;  ///< contacts of the step that were found within it
   /// Stopped points and edges that would have passed through another body and ended on the wrong side
   /// (docs/continuous.md).
@@ -37,7 +39,7 @@ struct StepMetrics {
   double thinnest = 0.0;         ///< m, least local thickness of these parts; 0: none
   bool looks_ahead = true;       ///< whether there was time to search for speculative contacts
   int solver_iterations = 0;     ///< of all solves
-  bool solver_converged = true;  ///< whether each solve converged
+  bool solver_converged = true;  ///< whether each solve converged, of all substeps
   int order = 1;                 ///< of the time integration: 2 where the step was BDF2
   double kinetic_energy = 0.0;   ///< J
   double elastic_energy = 0.0;   ///< J

@@ -27,6 +27,7 @@ void bind_metrics(nb::module_& m) {
       .add("looks_ahead", &StepMetrics::looks_ahead, doc::StepMetrics_looks_ahead)
       .add("solver_iterations", &StepMetrics::solver_iterations, doc::StepMetrics_solver_iterations)
       .add("solver_converged", &StepMetrics::solver_converged, doc::StepMetrics_solver_converged)
+      .add("substeps", &StepMetrics::substeps, doc::StepMetrics_substeps)
       .add("order", &StepMetrics::order, doc::StepMetrics_order)
       .add("kinetic_energy", &StepMetrics::kinetic_energy, doc::StepMetrics_kinetic_energy)
       .add("elastic_energy", &StepMetrics::elastic_energy, doc::StepMetrics_elastic_energy)

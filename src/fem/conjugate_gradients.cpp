@@ -80,7 +80,10 @@ void ConjugateGradients::precondition(Run& run, const SolveReport& report) {
 }
 
 int ConjugateGradients::patience(const LinearSystem& system) {
-  constexpr double of_iterations = 25.0;  // products: cost of a typical solve with multigrid, with its setup
+  // Products: cost of a typical solve with multigrid, with its setup. Those without contacts take up to 100;
+  // with contacts, a larger number than this costs more in solves that need multigrid.
+  constexpr double without_couplings = 60.0;
+  constexpr double with_couplings = 25.0;
   constexpr double aggregate = 18.0;      // points
   constexpr double most_pairs = 64.0;     // pairs of aggregates that a coupling joins
   constexpr double blocks_a_pair = 80.0;  // cost of a pair on all levels
@@ -88,8 +91,9 @@ int ConjugateGradients::patience(const LinearSystem& system) {
   const double aggregates =
       static_cast<double>(std::ranges::count(system.free(), std::uint8_t{1})) / aggregate;
   const double pairs = std::min(most_pairs, aggregates * aggregates);
+  if (system.couplings().size() == 0) return static_cast<int>(without_couplings);
   const double couplings = blocks_a_pair * pairs * static_cast<double>(system.couplings().size());
-  return static_cast<int>(std::min(of_iterations + couplings / std::max(blocks, 1.0), 1e6));
+  return static_cast<int>(std::min(with_couplings + couplings / std::max(blocks, 1.0), 1e6));
 }
 
 /// Chooses the first preconditioner, and the iteration at which to change to multigrid.

@@ -47,11 +47,11 @@ struct PictureSubject {
 
 /// Renders a picture by ray casting: needs no display and no graphics card.
 ///
-/// Nine samples a pixel, a soft shadow, and ambient occlusion from a pattern that depends on the pixel alone,
-/// so that the bytes are the same for every thread count. Contact points are visible through bodies in front
-/// of them, fainter with the distance behind the surface. Triangles with a position that is not finite are
-/// left out. Throws Error if settings or array lengths do not fit, or if no triangle is left. About O(pixels
-/// log n_triangles).
+/// Nine samples a pixel, a soft shadow, and ambient occlusion from a pattern that depends on the pixel alone
+/// (with fewer rays where nothing blocks the first sixteen), so that the bytes are the same for every thread
+/// count. Contact points are visible through bodies in front of them, fainter with the distance behind the
+/// surface. Triangles with a position that is not finite are left out. Throws Error if settings or array
+/// lengths do not fit, or if no triangle is left. About O(pixels log n_triangles).
 ///
 /// Not to be called from several threads at once (VTK's fonts are shared).
 Image render_picture(const PictureSubject& subject, const PictureSettings& settings,

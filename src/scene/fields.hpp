@@ -347,6 +347,7 @@ void describe(Visitor& v, SolverSettings& solver) {
   v.field("max_iterations", solver.max_iterations, at_least(1));
   v.word_or_number("fixed_iterations", solver.fixed_iterations, "none", at_least(1));
   v.field("max_solves", solver.max_solves, at_least(1));
+  v.field("max_substeps", solver.max_substeps, within(1, SolverSettings::most_substeps));
 }
 
 template <class Visitor>

@@ -254,7 +254,7 @@ std::span<const EdgeResponse::Row> EdgeResponse::begin(const Frame& frame) {
     const auto last = std::ranges::lower_bound(before_, end.key(), {}, &EdgeEnd::key);
     if (last != before_.end() && last->key() == end.key()) {
       if (last->lost == 0)
-        end.law.slip = frame.rules.bounded_slip(last->law.slip + frame.time_step * end.velocity, end.law);
+        end.law.slip = frame.rules.bounded_slip(last->law.slip + frame.since * end.velocity, end.law);
       const Index own = at(frame.bodies.body_of_point(), end.points[0]);
       end.chatter_damping =
           frame.rules.chatter_damping({.force = (last->law.stiffness * last->law.depth) * last->law.direction,

@@ -75,8 +75,9 @@ class EdgeResponse {
     const ContactTable& table;
     std::span<const Vec3> positions;
     std::span<const Vec3> velocities;
-    double time_step = 0.0;
-    double fall = 0.0;  ///< distance by which gravity moves a body in a step, m
+    double since = 0.0;      ///< length of the step before, s
+    double time_step = 0.0;  ///< length of the step, s
+    double fall = 0.0;       ///< distance by which gravity moves a body in a step, m
     /// (n_contacts) stiffness scale of each contact near rims, 0 to 1.
     std::span<const double> scales;
   };

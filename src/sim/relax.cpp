@@ -162,7 +162,7 @@ class Relaxation {
     detector_.detect(dynamics_.positions());
     couplings_.clear();
     response_.compute(threads_, bodies_, DetectorSteps::table(detector_), dynamics_.positions(), still_,
-                      time_step_, 0.0, couplings_);
+                      {.since = time_step_, .ahead = time_step_}, 0.0, couplings_);
   }
   /// Shortens the step so that no point moves further than the largest depth (a free body could rotate too
   /// far for the linear model), and so that no tet becomes too flat.

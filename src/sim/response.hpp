@@ -33,6 +33,12 @@ struct StopOfPassing {
   bool of_edge = false;  ///< true: the coupling is of an edge; false: of a point and a tet
 };
 
+/// Lengths of two steps, s.
+struct StepTimes {
+  double since;  ///< since the call for the step before
+  double ahead;  ///< of the step now
+};
+
 /// Penalty forces of contacts (paper 3: the force on a collided point grows with its penetration depth), with
 /// damping, Coulomb friction, and the reaction on the penetrated tet.
 ///
@@ -86,10 +92,10 @@ class ContactResponse {
   /// those of edge contacts (EdgeResponse). Then, as speculative contacts, those contacts of the last step
   /// that are near (KeptContacts). O(contacts log contacts), parallel.
   /// \param table      contacts at `positions`; its columns hold their states
-  /// \param time_step  time since the last call, and to the next, s
+  /// \param times      lengths of the steps before and after this call
   /// \param fall       distance by which gravity moves a body in the step, m
   void compute(const parallel::Threads& threads, const Bodies& bodies, ContactTable& table,
-               std::span<const Vec3> positions, std::span<const Vec3> velocities, double time_step,
+               std::span<const Vec3> positions, std::span<const Vec3> velocities, const StepTimes& times,
                double fall, std::vector<fem::Coupling>& couplings);
 
   /// Compares the contacts at the predicted positions (`table`, found at `positions_end`) with the acting
@@ -172,8 +178,16 @@ class ContactResponse {
     KeptContact kept;
     double force = 0.0;  ///< along the direction, at the predicted velocity, N
   };
+  static constexpr std::size_t grain = 256;  ///< contacts
+  /// Calls f(i, search) for each i < size. No two threads use the same search at once.
   template <class F>
-  void for_each_searching(const parallel::Threads& threads, std::size_t size, const F& f);
+  void for_each_searching(const parallel::Threads& threads, std::size_t size, const F& f) {
+    const std::size_t chunks = parallel::chunk_count(size, grain);
+    if (searches_.size() < chunks) searches_.resize(chunks + chunks / 8 + 1);
+    parallel::for_chunks(threads, size, grain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+      for (std::size_t i = begin; i < end; ++i) f(i, searches_[chunk]);
+    });
+  }
   /// A contact at the end of the step that does not act yet.
   [[nodiscard]] Speculative met(const Bodies& bodies, const Contacts& contacts, std::size_t c,
                                 std::span<const Vec3> positions_end, std::span<const Vec3> velocities_end,
@@ -198,7 +212,8 @@ class ContactResponse {
   EdgeResponse edges_;
   const SurfaceNormals* normals_ = nullptr;  ///< null: edges have no forces
   std::size_t present_ = 0;
-  double time_step_ = 0.0;
+  double time_step_ = 0.0;                ///< of the step after the last compute(), s
+  double since_ = 0.0;                    ///< length of the step before it, s
   std::vector<fem::ContactLaw> laws_;     ///< in the order of the couplings
   std::vector<std::uint8_t> of_edge_;     ///< the same order
   std::vector<double> scales_;            ///< rim falloff of each contact

@@ -1,5 +1,6 @@
 #include "sim/saved_state.hpp"
 
+#include <cmath>
 #include <string>
 #include <utility>
 
@@ -44,7 +45,7 @@ void serialize(Archive& archive, SimulationSettings& s) {
           s.detection.edge_contacts, s.detection.continuous);
   archive(s.response.stiffness, s.response.damping, s.response.friction);
   archive(s.solver.tolerance, s.solver.tolerance_of, s.solver.preconditioner, s.solver.max_iterations,
-          s.solver.fixed_iterations, s.solver.max_solves);
+          s.solver.fixed_iterations, s.solver.max_solves, s.solver.max_substeps);
   archive(s.rest.speed, s.rest.time, s.limits.max_speed, s.limits.inverted_time);
 }
 
@@ -212,6 +213,8 @@ void check_saved(const SavedState& saved, const Bodies& bodies) {
       saved.slow_steps > saved.metrics.step) {
     throw Error(source_name, "step", std::to_string(saved.metrics.step), "a number of steps");
   }
+  if (!std::isfinite(saved.last_length) || saved.last_length <= 0.0)
+    throw Error(source_name, "last_length", number_text(saved.last_length), "a finite number > 0");
 }
 
 }  // namespace palpate

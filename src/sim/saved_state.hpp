@@ -22,7 +22,7 @@
 
 namespace palpate {
 
-inline constexpr Seal state_seal{.kind = "PALPSTAT", .version = 11};
+inline constexpr Seal state_seal{.kind = "PALPSTAT", .version = 12};
 
 /// Hashes (FNV-1a, 64 bits) of the model and settings of a state: a simulation accepts only states with its
 /// own fingerprint. Settings that do not affect results (structure, order, sort, cell size, threads) are left
@@ -45,7 +45,8 @@ struct ChangedModel {
 /// Everything that later steps depend on, and the results of the last one.
 struct SavedState {
   Fingerprint fingerprint;
-  StepMetrics metrics;  ///< without times
+  StepMetrics metrics;       ///< without times
+  double last_length = 0.0;  ///< of the last substep, s
   std::int64_t slow_steps = 0;
   std::vector<Vec3> forces;
   std::vector<double> pressures;
@@ -90,8 +91,8 @@ void serialize(Archive& archive, DetectionCounts& c) {
 
 template <class Archive>
 void serialize(Archive& archive, StepMetrics& m) {
-  archive(m.step, m.time, m.detection, m.solves, m.detections, m.speculative_contacts, m.stopped_passes,
-          m.passes, m.pairs_that_could_pass, m.thinnest, m.looks_ahead, m.solver_iterations,
+  archive(m.step, m.time, m.detection, m.solves, m.detections, m.substeps, m.speculative_contacts,
+          m.stopped_passes, m.passes, m.pairs_that_could_pass, m.thinnest, m.looks_ahead, m.solver_iterations,
           m.solver_converged, m.order, m.kinetic_energy, m.elastic_energy, m.largest_speed, m.fastest_body,
           m.deepest);
 }
@@ -195,8 +196,8 @@ void serialize(Archive& archive, ChangedModel& m) {
 
 template <class Archive>
 void serialize(Archive& archive, SavedState& s) {
-  archive(s.fingerprint.hashes, s.metrics, s.slow_steps, s.forces, s.pressures, s.grabs, s.motions,
-          s.dynamics, s.contacts, s.kept_contacts, s.edge_ends, s.detector, s.contact_forces);
+  archive(s.fingerprint.hashes, s.metrics, s.last_length, s.slow_steps, s.forces, s.pressures, s.grabs,
+          s.motions, s.dynamics, s.contacts, s.kept_contacts, s.edge_ends, s.detector, s.contact_forces);
   archive(s.acting_contacts, s.tie_forces, s.records_reactions, s.reactions, s.changed);
 }
 

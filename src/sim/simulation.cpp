@@ -33,6 +33,8 @@ const SimulationSettings& checked(const SimulationSettings& s) {
   const int fixed = s.solver.fixed_iterations.value_or(1);
   check(fixed > 0, "solver.fixed_iterations", fixed, "at least 1");
   check(s.solver.max_solves > 0, "solver.max_solves", s.solver.max_solves, "at least 1");
+  check(s.solver.max_substeps > 0 && s.solver.max_substeps <= SolverSettings::most_substeps,
+        "solver.max_substeps", s.solver.max_substeps, "1 to 64");
   check(s.rest.speed > 0.0, "rest.speed", s.rest.speed, "a finite number > 0");
   check(s.rest.time > 0.0, "rest.time", s.rest.time, "a finite number > 0");
   const double max_speed = s.limits.max_speed.value_or(1.0);
@@ -98,7 +100,8 @@ Simulation::State::State(std::shared_ptr<const SimulationCore> the_core, HeldMod
       max_speed(speed_limit(bodies, settings)),
       contact_forces(bodies.bodies().size()),
       masses(bodies.bodies().size(), 0.0),
-      squared_speeds(bodies.bodies().size(), 0.0) {
+      squared_speeds(bodies.bodies().size(), 0.0),
+      last_length(settings.time_step) {
   for (std::size_t p = 0; p < dynamics.point_masses().size(); ++p) {
     at(masses, bodies.body_of_point()[p]) += dynamics.point_masses()[p];
   }

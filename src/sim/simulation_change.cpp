@@ -106,6 +106,7 @@ void Simulation::State::copy_from(const State& from) {
   response.set_kept(saved.kept_contacts);
   response.set_edge_ends(saved.edge_ends);
   metrics = saved.metrics;
+  last_length = saved.last_length;
   metrics.time = from.metrics.time;
   detect(dynamics.positions(), true);
   DetectorSteps::table(detector).set_history(saved.contacts);

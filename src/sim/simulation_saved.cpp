@@ -14,6 +14,7 @@ namespace palpate {
 SavedState Simulation::State::saved_state() const {
   return {.fingerprint = core->fingerprint,
           .metrics = metrics,
+          .last_length = last_length,
           .slow_steps = slow_steps,
           .forces = loads.all().forces,
           .pressures = loads.all().pressures,
@@ -48,6 +49,7 @@ void Simulation::State::copy_state(const SavedState& saved) {
   records_reactions = saved.records_reactions;
   reactions = saved.reactions;
   metrics = saved.metrics;
+  last_length = saved.last_length;
   metrics.time = static_cast<double>(metrics.step) * settings.time_step;
   metrics.inverted_tets = dynamics.inverted_elements();
   slow_steps = saved.slow_steps;

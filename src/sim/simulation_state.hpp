@@ -35,9 +35,10 @@ struct SimulationCore {
 };
 
 /// The implementation of Simulation. Its constraints (Holds) are fixed: a ModelChange makes another State,
-/// which copies positions, velocities and the states of contacts. Functions are in simulation.cpp (the step),
-/// simulation_drive.cpp (changes between steps), simulation_change.cpp (ModelChange), simulation_saved.cpp
-/// (save and restore) and simulation_forces.cpp (forces and stress).
+/// which copies positions, velocities and the states of contacts. Functions are in simulation.cpp,
+/// simulation_step.cpp and simulation_substeps.cpp (the step), simulation_drive.cpp (changes between steps),
+/// simulation_change.cpp (ModelChange), simulation_saved.cpp (save and restore) and simulation_forces.cpp
+/// (forces and stress).
 struct Simulation::State {
   /// A simulation at its start: points are at rest, and prescribed ones where their motion is at time 0.
   /// There are no contacts yet.
@@ -56,8 +57,8 @@ struct Simulation::State {
   void measure();
   /// See StepMetrics::deepest. O(contacts log pairs of bodies).
   [[nodiscard]] double deepest();
-  /// Length of the implicit Euler step that is solved, s; shorter than the time step with BDF2.
-  [[nodiscard]] double step_length() const { return dynamics.step_length(settings.time_step); }
+  /// Length of the implicit Euler step that is solved, s; shorter than the substep with BDF2.
+  [[nodiscard]] double step_length() const { return dynamics.step_length(substep.length); }
   void set_end();
   void reset_counts();
   void begin_step();
@@ -75,6 +76,11 @@ struct Simulation::State {
   void undo_step(bool detected);
   bool solve_second_order(const StepMetrics& last);
   void advance();
+  [[nodiscard]] double shortest_substep() const;
+  bool try_substep(const StepMetrics& last, bool may_divide);
+  void undo_substep();
+  StepMetrics divide(StepMetrics last, StepMetrics& sum);
+  void finish_substep();
   void collect_forces();
   [[nodiscard]] SavedState saved_state() const;
   /// The constraints and loads if a ModelChange has changed them; else empty.
@@ -115,6 +121,13 @@ struct Simulation::State {
   std::vector<Vec3> contact_forces;
   std::vector<double> masses;
   std::vector<double> squared_speeds;  ///< per body: sum of m v^2
+  /// A part of a time step that is solved as one step: all of it, unless that did not converge.
+  struct Substep {
+    double end = 0.0;     ///< time at its end, s
+    double length = 0.0;  ///< s
+  };
+  Substep substep;
+  double last_length;  ///< of the last substep, s; the time step before the first
   StepMetrics metrics;
   std::int64_t slow_steps = 0;  ///< consecutive steps in which no body was faster than the rest speed
 };

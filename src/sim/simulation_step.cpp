@@ -7,7 +7,7 @@
 #include "sim/simulation_state.hpp"
 #include "stopwatch.hpp"
 
-// A step: forces, the solve with speculative contacts, and the end.
+// A substep: forces, and the solve with speculative contacts.
 namespace palpate {
 namespace {
 
@@ -61,14 +61,14 @@ void Simulation::State::activate_fibres(double time) {
   dynamics.set_activations(activations);
 }
 
-/// Sets what is given at the end of the step: activations and prescribed positions.
+/// Sets what is given at the end of the substep: activations and prescribed positions.
 void Simulation::State::set_end() {
-  const double end = static_cast<double>(metrics.step + 1) * settings.time_step;
-  activate_fibres(end);
-  dynamics.prescribe(prescribed.points(), prescribed.positions(threads, end));
+  activate_fibres(substep.end);
+  dynamics.prescribe(prescribed.points(), prescribed.positions(threads, substep.end));
 }
 
 void Simulation::State::reset_counts() {
+  metrics.substeps = 1;
   metrics.solves = 0;
   metrics.solver_iterations = 0;
   metrics.detections = 0;
@@ -79,9 +79,8 @@ void Simulation::State::reset_counts() {
 }
 
 void Simulation::State::begin_step() {
-  const double end = static_cast<double>(metrics.step + 1) * settings.time_step;
-  step_loads = loads.forces(bodies, dynamics.positions(), settings.gravity, end);
-  dynamics.begin_step(settings.time_step, settings.gravity, step_loads);
+  step_loads = loads.forces(bodies, dynamics.positions(), settings.gravity, substep.end);
+  dynamics.begin_step(substep.length, settings.gravity, step_loads);
   metrics.solver_converged = true;
   metrics.speculative_contacts = 0;
   metrics.stopped_passes = 0;
@@ -197,7 +196,7 @@ double Simulation::State::normal_forces() const {
   return std::sqrt(sum);
 }
 
-/// Forces and the end of a step, computed from the positions and velocities of `dynamics`.
+/// Forces and the end of a substep, computed from the positions and velocities of `dynamics`.
 void Simulation::State::solve_step(const StepMetrics& last) {
   Stopwatch watch;
   couplings.clear();
@@ -209,7 +208,8 @@ void Simulation::State::solve_step(const StepMetrics& last) {
   first_contact = couplings.size();
   const double h = step_length();
   response.compute(threads, bodies, DetectorSteps::table(detector), dynamics.positions(),
-                   dynamics.velocities(), h, h * h * length(settings.gravity), couplings);
+                   dynamics.velocities(), {.since = h * (last_length / substep.length), .ahead = h},
+                   h * h * length(settings.gravity), couplings);
   first_speculative = first_contact + response.present();
   metrics.forces_seconds += watch.lap();
   begin_step();
@@ -230,7 +230,7 @@ void Simulation::State::undo_step(bool detected) {
 bool Simulation::State::solve_second_order(const StepMetrics& last) {
   const bool may = settings.time_integration == TimeIntegration::bdf2 && last.speculative_contacts == 0 &&
                    last.solver_converged && !spends_time();
-  if (!may || !dynamics.start_second_order(settings.time_step)) return false;
+  if (!may || !dynamics.start_second_order(substep.length)) return false;
   DetectorSteps::hold(detector);
   const bool detects = detector.contacts().size() > 0 || detector.edge_contacts().size() > 0;
   if (detects) {
@@ -251,30 +251,6 @@ bool Simulation::State::solve_second_order(const StepMetrics& last) {
   }
   undo_step(detects);
   return false;
-}
-
-/// A whole step, from forces to the contacts at the new positions. If it fails, the state is as before.
-void Simulation::State::advance() {
-  const StepMetrics last = metrics;
-  reset_counts();
-  set_end();
-  metrics.order = solve_second_order(last) ? 2 : 1;
-  if (metrics.order == 1) {
-    DetectorSteps::hold(detector);
-    try {
-      solve_step(last);
-    } catch (...) {
-      undo_step(false);
-      throw;
-    }
-  }
-  DetectorSteps::release(detector);
-  Stopwatch watch;
-  count_passes();
-  collect_forces();
-  grabs.collect_forces(std::span(couplings).first(grab_couplings), step_length(), dynamics.mean_velocities());
-  dynamics.end_step();
-  metrics.solver_seconds += watch.lap();
 }
 
 }  // namespace palpate

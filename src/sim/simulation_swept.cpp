@@ -8,7 +8,7 @@ PredictedStep Simulation::State::predicted() const {
   return {.start = dynamics.start_positions(),
           .end = dynamics.end_positions(),
           .velocities = dynamics.mean_velocities(),
-          .time_step = settings.time_step,
+          .time_step = substep.length,
           .contacts = DetectorSteps::table(detector)};
 }
 

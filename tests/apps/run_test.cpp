@@ -96,6 +96,7 @@ TEST_F(Run, MetricsHaveARowForEachStepAndUnits) {
                                        "solves",
                                        "solver_iterations",
                                        "solver_converged",
+                                       "substeps",
                                        "order",
                                        "inverted_tets",
                                        "kinetic_energy [J]",

@@ -30,6 +30,12 @@ TEST_F(RunTrust, SaysOnTopWhereStepsDidNotConverge) {
   const int bad = report["solver"]["steps_not_converged"];
   EXPECT_GT(bad, 0);
   EXPECT_EQ(bad, std::ranges::count(column("hasty/metrics.csv", "solver_converged"), "0"));
+  const std::vector<std::string> substeps = column("hasty/metrics.csv", "substeps");
+  EXPECT_EQ(report["solver"]["steps_divided"], std::ranges::count(substeps, "4"));
+  EXPECT_EQ(bad, std::ranges::count(substeps, "4")) << "all parts are as hasty";
+  const std::string divided =
+      "converged     in " + std::to_string(10 - bad) + " of 10 steps; " + std::to_string(bad) + " divided\n";
+  EXPECT_NE(done.out.find(divided), std::string::npos) << done.out;
   const std::string line = "NOT CONVERGED in " + std::to_string(bad) + " of 10 steps: do not trust positions";
   EXPECT_EQ(lines_of(done.out)[0], line);
   EXPECT_NE(done.err.find("palpate: hasty: " + line + "\n"), std::string::npos) << done.err;

@@ -33,6 +33,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     fuzz::require(write_scene(read_scene_text(written, "fuzz")) == written);
     if (!is_small(scene)) return;
     scene.settings.solver.max_solves = std::min(scene.settings.solver.max_solves, 3);
+    scene.settings.solver.max_substeps = std::min(scene.settings.solver.max_substeps, 2);
     scene.settings.solver.max_iterations = std::min(scene.settings.solver.max_iterations, 50);
     if (scene.settings.solver.fixed_iterations) scene.settings.solver.fixed_iterations = 3;
     Model model = load_model(scene, [](const std::filesystem::path&) {

@@ -60,7 +60,7 @@ Outcome run(std::uint64_t seed, ElementKind elements, TimeIntegration integratio
 /// \param most_inverted  allowed number of scenes with inverted tets: soft bodies below heavy ones are
 ///                       crushed
 void run_all(std::uint64_t first, std::uint64_t count, int most_inverted,
-             ElementKind elements = ElementKind::linear, int steps_of_one_failure = 100,
+             ElementKind elements = ElementKind::linear,
              TimeIntegration integration = TimeIntegration::implicit_euler) {
   Outcome all;
   for (std::uint64_t seed = first; seed < first + count; ++seed) {
@@ -78,7 +78,7 @@ void run_all(std::uint64_t first, std::uint64_t count, int most_inverted,
       all.inverted);
   EXPECT_EQ(all.gained, 0);
   EXPECT_LE(all.inverted, most_inverted);
-  EXPECT_LE(all.not_converged, all.steps / steps_of_one_failure) << "of " << all.steps << " steps";
+  EXPECT_EQ(all.not_converged, 0) << "of " << all.steps << " steps";
 }
 
 TEST(RandomScenes, KeepTheirEnergyTheirFloorAndConverge) {
@@ -93,18 +93,17 @@ TEST(RandomScenes, OneWhoseSheetFallsDeepIntoABoxKeepsItsEnergy) {
 
 /// Seeds of the first test. The allowed number of scenes with inverted tets is the number found.
 TEST(RandomScenes, OfSmoothedTetsKeepTheirEnergyTheirFloorAndConverge) {
-  run_all(1, 16, 3, ElementKind::smoothed);
+  run_all(1, 16, 1, ElementKind::smoothed);
 }
 
-/// BDF2 gives way to implicit Euler where contacts change. Without that, over seeds 1 to 16, ten times as
-/// many steps do not converge, and tissue is inverted.
+/// BDF2 gives way to implicit Euler where contacts change. Without that, tissue is inverted over seeds 1
+/// to 16.
 TEST(RandomScenes, OfBdf2KeepTheirEnergyTheirFloorAndConverge) {
-  run_all(1, 16, 0, ElementKind::linear, 100, TimeIntegration::bdf2);
+  run_all(1, 16, 0, ElementKind::linear, TimeIntegration::bdf2);
 }
 
-/// Found: 12 scenes and 98 of 8450 steps; the goals were 10 scenes and 1 % of the steps.
 TEST(RandomScenes, DISABLED_SixtyOfSmoothedTetsDo) {
-  run_all(2000, 60, 15, ElementKind::smoothed, 50);
+  run_all(2000, 60, 15, ElementKind::smoothed);
 }
 
 TEST(RandomScenes, DISABLED_TwoHundredDo) {

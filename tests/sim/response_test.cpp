@@ -28,7 +28,7 @@ struct Pressed {
     ContactResponse response(bodies, materials, std::vector<std::uint8_t>{0, 0}, settings, masses, moves);
     std::vector<fem::Coupling> result;
     response.compute(parallel::Threads(2), bodies, DetectorSteps::table(detector), bodies.points_rest(),
-                     velocities, time_step, 0.0, result);
+                     velocities, {.since = time_step, .ahead = time_step}, 0.0, result);
     for (std::size_t c = 0; c < result.size(); ++c) {
       const Vec3 u = fem::relative(result[c], velocities);
       const fem::ContactLaw& law = response.laws()[c];
@@ -144,7 +144,7 @@ TEST(ContactResponse, DampsChatterByTheErrorOfTheForceWhichDecays) {
   const double h = 0.001;
   std::vector<fem::Coupling> couplings;
   Detector detector(bodies, {}, {}, 1);
-  const auto damping = [&](double z, double speed) {
+  const auto damping = [&](double z, double speed, double since = 0.001) {
     std::vector<Vec3> positions(bodies.points_rest().begin(), bodies.points_rest().end());
     std::vector<Vec3> velocities(positions.size());
     const Range spike = bodies.bodies()[1].points;
@@ -154,8 +154,8 @@ TEST(ContactResponse, DampsChatterByTheErrorOfTheForceWhichDecays) {
     }
     detector.detect(positions);
     couplings.clear();
-    response.compute(parallel::Threads(1), bodies, DetectorSteps::table(detector), positions, velocities, h,
-                     0.0, couplings);
+    response.compute(parallel::Threads(1), bodies, DetectorSteps::table(detector), positions, velocities,
+                     {.since = since, .ahead = h}, 0.0, couplings);
     return couplings.empty() ? 0.0 : response.laws().front().damping;
   };
   EXPECT_EQ(damping(0.0, -1.0), 0.0) << "new";
@@ -171,6 +171,38 @@ TEST(ContactResponse, DampsChatterByTheErrorOfTheForceWhichDecays) {
   EXPECT_EQ(damping(0.0, -1.0), 0.0) << "forgotten";
   damping(0.0, -1.0);
   EXPECT_NEAR(damping(-0.005, 1e-9), 20.0 * h * 100.0, 1e-9) << "bounded";
+  for (int i = 0; i <= ContactTable::longest_absence; ++i) damping(0.02, 1.0);
+  damping(0.0, -1.0);
+  damping(-0.001, -1.0);
+  EXPECT_NEAR(damping(-0.005, 1.0, 0.002), 1.5 - 0.9, 1e-9) << "the step before was twice as long";
+}
+
+TEST(ContactResponse, ASpringOfFrictionSlipsByTheLengthOfTheStepBefore) {
+  Bodies bodies;
+  bodies.add("lower", test::box_mesh({3, 3, 2}, {-0.3, -0.3, -0.2}, {0.3, 0.3, 0.0}));
+  bodies.add("spike",
+             {{{0.01, 0.02, -0.01}, {0.06, 0.02, 0.5}, {0.01, 0.07, 0.5}, {-0.04, 0, 0.5}}, {{0, 1, 2, 3}}});
+  const std::vector<Material> materials(2);
+  const std::vector<double> masses(bodies.points_rest().size(), 1.0);
+  const std::vector<std::uint8_t> moves(bodies.points_rest().size(), 1);
+  ResponseSettings settings;
+  settings.friction = 0.5;
+  ContactResponse response(bodies, materials, std::vector<std::uint8_t>{0, 0}, settings, masses, moves);
+  Detector detector(bodies, {}, {}, 1);
+  std::vector<Vec3> velocities(bodies.points_rest().size());
+  const Range spike = bodies.bodies()[1].points;
+  for (Index p = spike.begin; p < spike.end; ++p) at(velocities, p) = {0.1, 0.0, 0.0};
+  std::vector<fem::Coupling> couplings;
+  const auto slip = [&](double since) {
+    detector.detect(bodies.points_rest());
+    couplings.clear();
+    response.compute(parallel::Threads(1), bodies, DetectorSteps::table(detector), bodies.points_rest(),
+                     velocities, {.since = since, .ahead = 0.001}, 0.0, couplings);
+    return response.laws().front().slip.x;
+  };
+  EXPECT_EQ(slip(0.001), 0.0) << "new";
+  EXPECT_NEAR(slip(0.001), 1e-4, 1e-12) << "1 ms at 0.1 m/s";
+  EXPECT_NEAR(slip(0.004), 5e-4, 1e-12) << "and 4 ms";
 }
 
 TEST(ContactResponse, FadesOutOverARim) {
@@ -195,7 +227,7 @@ TEST(ContactResponse, FadesOutOverARim) {
     ContactResponse response(bodies, materials, std::vector<std::uint8_t>{0, 0}, settings, masses, moves);
     std::vector<fem::Coupling> couplings;
     response.compute(parallel::Threads(1), bodies, DetectorSteps::table(detector), bodies.points_rest(),
-                     std::vector<Vec3>(masses.size()), 0.01, 0.0, couplings);
+                     std::vector<Vec3>(masses.size()), {.since = 0.01, .ahead = 0.01}, 0.0, couplings);
     double force = 0.0;
     for (std::size_t c = 0; c < couplings.size(); ++c) {
       if (couplings[c].points[0] != bodies.bodies()[1].points.begin) continue;

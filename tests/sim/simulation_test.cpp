@@ -148,11 +148,13 @@ TEST(Simulation, SolvesWithEachPreconditionerAndReportsIt) {
   const StepMetrics fixed = pressed_block({.fixed_iterations = 3});
   EXPECT_EQ(fixed.solver_iterations, 3 * fixed.solves);
   EXPECT_FALSE(fixed.solver_converged);
+  EXPECT_EQ(fixed.substeps, 1);
   const StepMetrics capped = pressed_block({.tolerance = 1e-12, .max_iterations = 3});
   // The cap is for directions, and one to four iterations make a direction.
   EXPECT_GE(capped.solver_iterations, 3 * capped.solves);
   EXPECT_LE(capped.solver_iterations, 3 * 4 * capped.solves);
   EXPECT_FALSE(capped.solver_converged);
+  EXPECT_EQ(capped.substeps, 4);
 }
 
 TEST(Simulation, SinksIntoAnObstacleByWeightOverStiffness) {
@@ -255,6 +257,11 @@ TEST(Simulation, RefusesBadSettings) {
   settings = {};
   settings.solver.fixed_iterations = 0;
   EXPECT_EQ(message(settings), "simulation settings: solver.fixed_iterations: found 0, expected at least 1");
+  settings = {};
+  settings.solver.max_substeps = 0;
+  EXPECT_EQ(message(settings), "simulation settings: solver.max_substeps: found 0, expected 1 to 64");
+  settings.solver.max_substeps = 65;
+  EXPECT_EQ(message(settings), "simulation settings: solver.max_substeps: found 65, expected 1 to 64");
   EXPECT_EQ(message({}, {1, 1}), "simulation: fixed_points: found 2 flags, expected 8");
 }
 
@@ -269,6 +276,7 @@ TEST(Simulation, MaxSolvesBoundsThoseOfABodyThatTurns) {
     settings.time_step = 0.01;
     settings.gravity = {};
     settings.solver.max_solves = max_solves;
+    settings.solver.max_substeps = 1;
     Simulation simulation(std::move(model), settings, 1);
     const auto points = static_cast<Index>(simulation.positions().size());
     for (Index p = 0; p < points; ++p) {

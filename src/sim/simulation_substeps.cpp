@@ -1,0 +1,161 @@
+#include <algorithm>
+
+#include <palpate/error.hpp>
+
+#include "contact/detector_steps.hpp"
+#include "sim/simulation_state.hpp"
+#include "stopwatch.hpp"
+
+// A step, divided into substeps where it does not converge.
+namespace palpate {
+namespace {
+
+/// Adds the work of an attempt at a substep, which may have failed.
+void add_work(const StepMetrics& of, StepMetrics& sum) {
+  sum.solves += of.solves;
+  sum.detections += of.detections;
+  sum.solver_iterations += of.solver_iterations;
+  sum.detection_seconds += of.detection_seconds;
+  sum.forces_seconds += of.forces_seconds;
+  sum.solver_seconds += of.solver_seconds;
+}
+
+/// Adds a finished substep.
+void add(const StepMetrics& of, StepMetrics& sum) {
+  add_work(of, sum);
+  sum.substeps += of.substeps;
+  sum.speculative_contacts += of.speculative_contacts;
+  sum.stopped_passes += of.stopped_passes;
+  sum.passes += of.passes;
+  if (of.thinnest > 0.0)
+    sum.thinnest = sum.thinnest > 0.0 ? std::min(sum.thinnest, of.thinnest) : of.thinnest;
+  sum.pairs_that_could_pass = std::max(sum.pairs_that_could_pass, of.pairs_that_could_pass);
+  sum.looks_ahead = sum.looks_ahead && of.looks_ahead;
+  sum.solver_converged = sum.solver_converged && of.solver_converged;
+}
+
+/// The metrics of a step from the sum of its substeps and the state at its end.
+StepMetrics joined(const StepMetrics& sum, StepMetrics end) {
+  end.solves = sum.solves;
+  end.detections = sum.detections;
+  end.solver_iterations = sum.solver_iterations;
+  end.detection_seconds = sum.detection_seconds;
+  end.forces_seconds = sum.forces_seconds;
+  end.solver_seconds = sum.solver_seconds;
+  end.substeps = sum.substeps;
+  end.speculative_contacts = sum.speculative_contacts;
+  end.stopped_passes = sum.stopped_passes;
+  end.passes = sum.passes;
+  end.thinnest = sum.thinnest;
+  end.pairs_that_could_pass = sum.pairs_that_could_pass;
+  end.looks_ahead = sum.looks_ahead;
+  end.solver_converged = sum.solver_converged;
+  return end;
+}
+
+}  // namespace
+
+/// Length below which substeps are not divided, s.
+double Simulation::State::shortest_substep() const {
+  const bool divides = !settings.solver.fixed_iterations && !spends_time();
+  return divides ? settings.time_step / settings.solver.max_substeps : settings.time_step;
+}
+
+/// Ends the substep at its last solution.
+void Simulation::State::finish_substep() {
+  DetectorSteps::release(detector);
+  Stopwatch watch;
+  count_passes();
+  collect_forces();
+  grabs.collect_forces(std::span(couplings).first(grab_couplings), step_length(), dynamics.mean_velocities());
+  dynamics.end_step();
+  last_length = substep.length;
+  metrics.solver_seconds += watch.lap();
+}
+
+/// Solves the substep with implicit Euler. If it fails, restores the state before it.
+/// \param may_divide  if it does not converge or throws an Error, the state is restored, too, and false
+/// returned
+bool Simulation::State::try_substep(const StepMetrics& last, bool may_divide) {
+  set_end();
+  metrics.order = 1;
+  DetectorSteps::hold(detector);
+  bool solved = false;
+  try {
+    solve_step(last);
+    solved = metrics.solver_converged || !may_divide;
+  } catch (const Error&) {
+    if (!may_divide) {
+      undo_substep();
+      throw;
+    }
+  } catch (...) {
+    undo_substep();
+    throw;
+  }
+  if (!solved) {
+    undo_substep();
+    return false;
+  }
+  finish_substep();
+  return true;
+}
+
+void Simulation::State::undo_substep() {
+  undo_step(false);
+  activate_fibres(substep.end - substep.length);
+}
+
+/// Solves the two halves of the substep, which may be divided again. Returns the metrics of the last one.
+/// \param last  metrics of the substep before
+/// \param sum   of the substeps that are done
+StepMetrics Simulation::State::divide(StepMetrics last, StepMetrics& sum) {
+  add_work(metrics, sum);
+  const Substep whole = substep;
+  for (const double end : {whole.end - 0.5 * whole.length, whole.end}) {
+    substep = {.end = end, .length = 0.5 * whole.length};
+    reset_counts();
+    if (try_substep(last, 0.5 * substep.length >= shortest_substep())) {
+      last = metrics;
+      add(last, sum);
+    } else {
+      last = divide(last, sum);
+    }
+  }
+  return last;
+}
+
+/// A whole step, from forces to the contacts at the new positions. If it fails, the state is as before. If it
+/// fails only when it is divided, it is solved as a whole again, and counts as not converged.
+void Simulation::State::advance() {
+  const StepMetrics last = metrics;
+  const Substep whole{.end = static_cast<double>(metrics.step + 1) * settings.time_step,
+                      .length = settings.time_step};
+  substep = whole;
+  reset_counts();
+  set_end();
+  if (solve_second_order(last)) {
+    metrics.order = 2;
+    return finish_substep();
+  }
+  if (try_substep(last, 0.5 * whole.length >= shortest_substep())) return;
+  const SavedState start = saved_state();
+  StepMetrics sum;
+  sum.substeps = 0;
+  try {
+    const StepMetrics end = divide(last, sum);
+    metrics = joined(sum, end);
+  } catch (const Error&) {
+    copy_state(start);
+    metrics = last;
+    substep = whole;
+    reset_counts();
+    try_substep(last, false);
+    add_work(sum, metrics);
+  } catch (...) {
+    copy_state(start);
+    throw;
+  }
+}
+
+}  // namespace palpate
