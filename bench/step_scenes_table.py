@@ -24,13 +24,13 @@ def tally(value):
 
 def row_line(row):
     if "steps" not in row:
-        return f"| {row['name']} | – | – | **failed**: {row['error']} |" + " |" * 9
+        return f"| {row['name']} | – | – | **failed**: {row['error']} |" + " |" * 10
     end = "at rest" if row["at_rest"] else ""
     if row["error"] is not None:
         end = f"**failed**: {row['error']}"
     bad = str(row["not_converged"]) if row["not_converged"] == 0 else f"**{row['not_converged']}**"
     return (f"| {row['name']} | {row['tets']} | {row['steps']} | {tally(row['solves'])} | {tally(row['iterations'])} | {short(row['detections']['mean'])} | "
-            f"{short(row['work'])} | {short(row['ms'])} | {100 * row['solver_share']:.0f} % | {bad} | {row['inverted_tets']['most']} | "
+            f"{short(row['work'])} | {short(row['ms'])} | {100 * row['solver_share']:.0f} % | {row['divided']} | {bad} | {row['inverted_tets']['most']} | "
             f"{short(row['deepest_um']['last'])} | {short(row['fastest_body_mm_s'])} | {end} |")
 
 
@@ -38,8 +38,8 @@ def table(report):
     threads = report["threads"]
     work = "one thread, processor time" if threads == 1 else f"{threads} threads"
     lines = [page.machine(report), "", f"A {report['effort']} run; {work}.", "",
-             "| scene | tets | steps | solves | iterations | detections | work | ms | solver | not converged | inverted tets | deepest, µm | fastest, mm/s | how it ended |",
-             "|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---|"]
+             "| scene | tets | steps | solves | iterations | detections | work | ms | solver | divided | not converged | inverted tets | deepest, µm | fastest, mm/s | how it ended |",
+             "|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---|"]
     lines += [row_line(row) for row in report["rows"]]
     if report["left_out"]:
         reasons = {}

@@ -33,6 +33,7 @@ struct Course {
   Tally iterations;
   Tally detections;
   Tally inverted;
+  int divided = 0;
   int not_converged = 0;
   double seconds = 0.0;
   double solver_seconds = 0.0;
@@ -45,6 +46,7 @@ struct Course {
     iterations.add(metrics.solver_iterations);
     detections.add(metrics.detections);
     inverted.add(metrics.inverted_tets);
+    if (metrics.substeps > 1) ++divided;
     if (!metrics.solver_converged) ++not_converged;
     seconds += step_seconds;
     if (wall_seconds > 0.0) solver_seconds += metrics.solver_seconds * step_seconds / wall_seconds;
@@ -96,6 +98,7 @@ void add_figures(Json& row, const Course& course, const Simulation& simulation, 
   row["ms"] = 1e3 * course.seconds / n;
   row["largest_ms"] = course.largest_ms;
   row["solver_share"] = course.seconds > 0.0 ? course.solver_seconds / course.seconds : 0.0;
+  row["divided"] = course.divided;
   row["not_converged"] = course.not_converged;
   row["inverted_tets"] = {{"most", course.inverted.most}, {"last", end.inverted_tets}};
   row["deepest_um"] = {{"most", 1e6 * meters * course.deepest}, {"last", 1e6 * meters * end.deepest}};

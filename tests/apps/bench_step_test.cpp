@@ -48,6 +48,7 @@ TEST_F(BenchStep, StepsThatDoNotConvergeAreCounted) {
   write("rough/hasty.json", falling_box(R"(, "solver": {"preconditioner": "jacobi", "max_iterations": 1})"));
   const Json report = json_of(call({"--only", "hasty", "--steps", "20", "--json"}));
   EXPECT_GT(report["rows"][0]["not_converged"].get<int>(), 0);
+  EXPECT_GE(report["rows"][0]["divided"].get<int>(), report["rows"][0]["not_converged"].get<int>());
 }
 
 TEST_F(BenchStep, ReferencesTellHowFarOffPositionsAre) {
