@@ -176,8 +176,10 @@ Light Painter::pixel(int pixel_x, int pixel_y) const {
   std::array<Ray, samples_of_pixel> rays;
   Rays to_surfaces;
   for (int i = 0; i < samples_of_pixel; ++i) {
-    const double x = pixel_x + (i % samples_per_side + 0.5) / samples_per_side;
-    const double y = pixel_y + (i / samples_per_side + 0.5) / samples_per_side;
+    const int column = i % samples_per_side;
+    const int row = i / samples_per_side;
+    const double x = pixel_x + (column + 0.5) / samples_per_side;
+    const double y = pixel_y + (row + 0.5) / samples_per_side;
     rays[static_cast<std::size_t>(i)] = {in_.camera.position, in_.camera.direction(x, y), x, y};
     to_surfaces.add(in_.camera.position, rays[static_cast<std::size_t>(i)].direction);
   }

@@ -96,7 +96,7 @@ TEST(SameState, TurningBodies) {
     }
     return Simulation(std::move(model), scene.settings, 2);
   };
-  expect_same_state(make, 40, "63b8ae0c4a149c3e");
+  expect_same_state(make, 40, "0d5411b4720a6afa");
 }
 
 }  // namespace
