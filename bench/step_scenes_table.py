@@ -28,10 +28,10 @@ def row_line(row):
     end = "at rest" if row["at_rest"] else ""
     if row["error"] is not None:
         end = f"**failed**: {row['error']}"
-    # Reports of earlier versions have no "divided".
     bad = str(row["not_converged"]) if row["not_converged"] == 0 else f"**{row['not_converged']}**"
+    divided = row.get("divided", "–")  # reports of earlier versions have none
     return (f"| {row['name']} | {row['tets']} | {row['steps']} | {tally(row['solves'])} | {tally(row['iterations'])} | {short(row['detections']['mean'])} | "
-            f"{short(row['work'])} | {short(row['ms'])} | {100 * row['solver_share']:.0f} % | {row.get('divided', '–')} | {bad} | {row['inverted_tets']['most']} | "
+            f"{short(row['work'])} | {short(row['ms'])} | {100 * row['solver_share']:.0f} % | {divided} | {bad} | {row['inverted_tets']['most']} | "
             f"{short(row['deepest_um']['last'])} | {short(row['fastest_body_mm_s'])} | {end} |")
 
 

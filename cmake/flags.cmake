@@ -9,8 +9,8 @@ if(PALPATE_SANITIZE)
   add_link_options(-fsanitize=${PALPATE_SANITIZE})
 endif()
 
-# For folders whose speed does not matter: in tests, the command and the server, the last level of optimisation takes a
-# fifth of the time of a compilation.
+# For folders whose speed does not matter: in tests, the command and the server, the last level of optimisation takes up
+# to a third of the time of a compilation.
 macro(palpate_optimise_less)
   string(REPLACE "-O3" "-O2" CMAKE_CXX_FLAGS_RELEASE "${CMAKE_CXX_FLAGS_RELEASE}")
 endmacro()

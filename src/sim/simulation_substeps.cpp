@@ -20,37 +20,19 @@ void add_work(const StepMetrics& of, StepMetrics& sum) {
   sum.solver_seconds += of.solver_seconds;
 }
 
-/// Adds a finished substep.
-void add(const StepMetrics& of, StepMetrics& sum) {
-  add_work(of, sum);
-  sum.substeps += of.substeps;
-  sum.speculative_contacts += of.speculative_contacts;
-  sum.stopped_passes += of.stopped_passes;
-  sum.passes += of.passes;
-  if (of.thinnest > 0.0)
-    sum.thinnest = sum.thinnest > 0.0 ? std::min(sum.thinnest, of.thinnest) : of.thinnest;
-  sum.pairs_that_could_pass = std::max(sum.pairs_that_could_pass, of.pairs_that_could_pass);
-  sum.looks_ahead = sum.looks_ahead && of.looks_ahead;
-  sum.solver_converged = sum.solver_converged && of.solver_converged;
-}
-
-/// The metrics of a step from the sum of its substeps and the state at its end.
-StepMetrics joined(const StepMetrics& sum, StepMetrics end) {
-  end.solves = sum.solves;
-  end.detections = sum.detections;
-  end.solver_iterations = sum.solver_iterations;
-  end.detection_seconds = sum.detection_seconds;
-  end.forces_seconds = sum.forces_seconds;
-  end.solver_seconds = sum.solver_seconds;
-  end.substeps = sum.substeps;
-  end.speculative_contacts = sum.speculative_contacts;
-  end.stopped_passes = sum.stopped_passes;
-  end.passes = sum.passes;
-  end.thinnest = sum.thinnest;
-  end.pairs_that_could_pass = sum.pairs_that_could_pass;
-  end.looks_ahead = sum.looks_ahead;
-  end.solver_converged = sum.solver_converged;
-  return end;
+/// The metrics of substeps and of the next one together: the state is that at the end of the next.
+StepMetrics joined(const StepMetrics& before, StepMetrics next) {
+  add_work(before, next);
+  next.substeps += before.substeps;
+  next.speculative_contacts += before.speculative_contacts;
+  next.stopped_passes += before.stopped_passes;
+  next.passes += before.passes;
+  if (before.thinnest > 0.0)
+    next.thinnest = next.thinnest > 0.0 ? std::min(next.thinnest, before.thinnest) : before.thinnest;
+  next.pairs_that_could_pass = std::max(next.pairs_that_could_pass, before.pairs_that_could_pass);
+  next.looks_ahead = next.looks_ahead && before.looks_ahead;
+  next.solver_converged = next.solver_converged && before.solver_converged;
+  return next;
 }
 
 }  // namespace
@@ -77,7 +59,6 @@ void Simulation::State::finish_substep() {
 /// \param may_divide  if it does not converge or throws an Error, the state is restored, too, and false
 /// returned
 bool Simulation::State::try_substep(const StepMetrics& last, bool may_divide) {
-  set_end();
   metrics.order = 1;
   DetectorSteps::hold(detector);
   bool solved = false;
@@ -115,9 +96,10 @@ StepMetrics Simulation::State::divide(StepMetrics last, StepMetrics& sum) {
   for (const double end : {whole.end - 0.5 * whole.length, whole.end}) {
     substep = {.end = end, .length = 0.5 * whole.length};
     reset_counts();
+    set_end();
     if (try_substep(last, 0.5 * substep.length >= shortest_substep())) {
       last = metrics;
-      add(last, sum);
+      sum = joined(sum, last);
     } else {
       last = divide(last, sum);
     }
@@ -143,13 +125,14 @@ void Simulation::State::advance() {
   StepMetrics sum;
   sum.substeps = 0;
   try {
-    const StepMetrics end = divide(last, sum);
-    metrics = joined(sum, end);
+    divide(last, sum);
+    metrics = sum;
   } catch (const Error&) {
     copy_state(start);
     metrics = last;
     substep = whole;
     reset_counts();
+    set_end();
     try_substep(last, false);
     add_work(sum, metrics);
   } catch (...) {

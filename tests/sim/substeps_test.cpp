@@ -134,6 +134,40 @@ TEST(Substeps, AFailureInALaterSubstepLeavesTheStateBeforeTheStep) {
     EXPECT_LT(length(fails.positions()[p] - never_failed.positions()[p]), 1e-8 * 0.03);
 }
 
+/// With so few iterations a stiff box hardly moves in the whole step, and more in its parts. If only these
+/// are too fast, the step is solved as a whole again.
+TEST(Substeps, AStepWhosePartsFailIsAWholeOneThatDidNotConverge) {
+  const auto pushed_box = [](int max_substeps, double max_speed) {
+    Model model;
+    model.bodies.add("box", test::box_mesh({2, 2, 2}, {-0.02, -0.02, -0.02}, {0.02, 0.02, 0.02}));
+    model.materials = {{.young_modulus = 1e6}};
+    SimulationSettings settings;
+    settings.time_step = step_length;
+    settings.gravity = {};
+    settings.solver.preconditioner = Preconditioner::jacobi;
+    settings.solver.max_iterations = 1;
+    settings.solver.max_substeps = max_substeps;
+    settings.limits.max_speed = max_speed;
+    Simulation simulation(std::move(model), settings, 1);
+    simulation.set_force(0, {1.0, 2.0, 3.0});
+    return simulation;
+  };
+  Simulation whole = pushed_box(1, 1e3);
+  Simulation divided = pushed_box(4, 1e3);
+  whole.step();
+  divided.step();
+  ASSERT_FALSE(whole.metrics().solver_converged);
+  ASSERT_EQ(divided.metrics().substeps, 4);
+  ASSERT_LT(1.1 * whole.metrics().largest_speed, divided.metrics().largest_speed);
+  const double limit = 0.5 * (whole.metrics().largest_speed + divided.metrics().largest_speed);
+  Simulation limited = pushed_box(4, limit);
+  EXPECT_FALSE(limited.step().solver_converged);
+  EXPECT_EQ(limited.metrics().step, 1);
+  EXPECT_EQ(limited.metrics().substeps, 1);
+  EXPECT_GT(limited.metrics().solves, whole.metrics().solves) << "with the work of the parts";
+  EXPECT_EQ(limited.state_hash(), whole.state_hash());
+}
+
 /// A motion turns one end of a bar: substeps begin and end where the motion is at their times.
 TEST(Substeps, AMotionIsFollowedWithinTheStep) {
   const auto bar = [](double time_step, int max_substeps) {
