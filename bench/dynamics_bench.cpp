@@ -30,7 +30,7 @@ namespace palpate::bench {
 namespace {
 
 constexpr double goal = 1e-3;
-constexpr int usual_frames = 41;
+constexpr int dynamics_frames = 41;
 const parallel::Threads one_thread(1);
 
 struct Body {
@@ -245,10 +245,10 @@ Part dynamics_part(const SpeedEffort& effort) {
       return measure(body);
     };
   };
-  Part part{"dynamics", {{"stacking", 1e4, with_frames(stacking, usual_frames)}}, dynamics_rows};
+  Part part{"dynamics", {{"stacking", 1e4, with_frames(stacking, dynamics_frames)}}, dynamics_rows};
   if (!effort.skull.empty())
     part.cases.push_back(
-        {"skull", 23313, with_frames([folder = effort.skull] { return head(folder); }, usual_frames)});
+        {"skull", 23313, with_frames([folder = effort.skull] { return head(folder); }, dynamics_frames)});
   part.cases.push_back({"block", 975560, with_frames(block, 3)});
   return part;
 }

@@ -13,8 +13,8 @@
 namespace palpate::bench {
 namespace {
 
-constexpr std::uint32_t warm_up = 4;
-constexpr int usual_frames = 41;
+constexpr std::uint32_t handling_warm_up = 4;
+constexpr int handling_frames = 41;
 
 DetectionSettings settings_of(const measure::QueryScene& scene, bool coherence) {
   DetectionSettings settings;
@@ -31,11 +31,11 @@ Json whole_detection(const measure::QueryScene& scene, std::uint32_t frames) {
     std::vector<double> all;
     std::vector<double> contacts;
     std::vector<Vec3> positions;
-    for (std::uint32_t frame = 0; frame < warm_up + frames; ++frame) {
+    for (std::uint32_t frame = 0; frame < handling_warm_up + frames; ++frame) {
       scene.place(frame, positions);
       const double start = processor_time();
       detector.detect(positions);
-      if (frame < warm_up) continue;
+      if (frame < handling_warm_up) continue;
       all.push_back(processor_time() - start);
       contacts.push_back(detector.times().grid + detector.times().contacts);
     }
@@ -71,7 +71,7 @@ Json border_edges(const measure::QueryScene& scene, int frames) {
 }  // namespace
 
 Part handling_part(const SpeedEffort& effort) {
-  const int frames = effort.frames_or(usual_frames);
+  const int frames = effort.frames_or(handling_frames);
   const auto scene = [] { return measure::stacking_scene(10); };
   return {"handling",
           {{"border edges", 1e4, [=] { return border_edges(scene(), frames); }},

@@ -28,11 +28,11 @@ namespace {
 
 using measure::QueryScene;
 
-constexpr int usual_frames = 41;
+constexpr int query_frames = 41;
 /// Tets beyond which only our own query runs, in fewer frames: how its time grows.
 constexpr std::size_t most_tets_of_all = 2'000'000;
 /// Frames before the first measured one let memory grow, and give the repair sort its last order.
-constexpr std::uint32_t warm_up = 2;
+constexpr std::uint32_t query_warm_up = 2;
 /// Frames in a row of one competitor, before it is the next one's turn.
 constexpr std::uint32_t batch = 6;
 
@@ -142,7 +142,7 @@ bool run_batch(const QueryScene& scene, Competitor& c, std::uint32_t first, std:
     scene.place(frame, positions);
     const double start = now(c.threads);
     const std::span<const PointInTet> found = c.find(positions);
-    if (frame >= warm_up) c.seconds.push_back(now(c.threads) - start);
+    if (frame >= query_warm_up) c.seconds.push_back(now(c.threads) - start);
     std::vector<PointInTet> pairs = sorted(found);
     if (expected.size() <= frame) {
       expected.push_back(std::move(pairs));
@@ -159,8 +159,8 @@ Json measure(const QueryScene& scene, std::uint32_t count) {
   // Embree works in the thread that measures.
   const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
   std::vector<std::vector<PointInTet>> expected;
-  for (std::uint32_t first = 0; first < warm_up + count; first += batch) {
-    const std::uint32_t last = std::min(first + batch, warm_up + count);
+  for (std::uint32_t first = 0; first < query_warm_up + count; first += batch) {
+    const std::uint32_t last = std::min(first + batch, query_warm_up + count);
     for (std::size_t i = 0; i < all.size(); ++i) {
       Competitor& c = all[(i + first / batch) % all.size()];
       if (!run_batch(scene, c, first, last, expected))
@@ -214,7 +214,7 @@ Part query_part(const SpeedEffort& effort) {
   }
   Part part{"query", {}, query_rows};
   for (const auto& scene : scenes) {
-    const int frames = effort.frames_or(scene.tets > most_tets_of_all ? 7 : usual_frames);
+    const int frames = effort.frames_or(scene.tets > most_tets_of_all ? 7 : query_frames);
     part.cases.push_back({scene.name, scene.tets, [make = scene.make, frames] {
                             return measure(make(), static_cast<std::uint32_t>(frames));
                           }});

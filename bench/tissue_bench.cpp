@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int usual_frames = 60;
+constexpr int tissue_frames = 60;
 constexpr int cells = 16;
 
 Json result(const char* name, double tets, int frames, double corotational, double neo_hookean) {
@@ -83,7 +83,7 @@ Json measure_eye(const fs::path& file, int frames) {
 }  // namespace
 
 Part tissue_part(const SpeedEffort& effort) {
-  const int frames = effort.frames_or(usual_frames);
+  const int frames = effort.frames_or(tissue_frames);
   Part part{"tissue",
             {{"element pass", 5.0 * cells * cells * cells, [frames] { return measure_passes(frames); }}},
             tissue_rows};

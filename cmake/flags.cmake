@@ -1,7 +1,9 @@
 # One interface target carries the flags of our own code; it is never exported.
 add_library(palpate_flags INTERFACE)
 target_compile_options(palpate_flags INTERFACE
-  -Wall -Wextra -Wconversion -Wshadow $<$<BOOL:${PALPATE_WERROR}>:-Werror>
+  -Wall -Wextra -Wconversion $<$<BOOL:${PALPATE_WERROR}>:-Werror>
+  # Where files are compiled together, the constants of one are no business of another.
+  $<IF:$<AND:$<BOOL:$<TARGET_PROPERTY:UNITY_BUILD>>,$<CXX_COMPILER_ID:GNU>>,-Wshadow=local,-Wshadow>
   # The same bits everywhere: the compiler must not fuse a*b+c where the source does not say so.
   -ffp-contract=off)
 if(PALPATE_SANITIZE)

@@ -34,7 +34,7 @@ constexpr std::array<std::string_view, 8> paper_items{"table-1", "figure-6",  "f
                                                       "z-curve", "cell-size", "structures", "table-2"};
 constexpr std::array<std::string_view, 3> scaling_items{"growth", "threads", "step-growth"};
 
-constexpr const char* examples = R"(Examples:
+constexpr const char* bench_examples = R"(Examples:
   palpate bench paper --quick                  the paper's results on this machine; writes results/bench-paper
   palpate bench peers                          the same contacts by other libraries; writes results/bench-peers
   palpate bench scaling --full                 up to ten million tets; writes results/bench-scaling
@@ -141,7 +141,7 @@ void add_report_options(CLI::App& app, ReportOptions& options, std::span<const s
 std::vector<Subcommand> add_bench(CLI::App& command) {
   CLI::App* bench =
       command.add_subcommand("bench", "measure, and compare with the paper and other libraries");
-  bench->footer(examples);
+  bench->footer(bench_examples);
   bench->require_subcommand(1);
   bench->add_subcommand("peers", "the same contacts by Embree, CGAL, Bullet, VTK and others");
   bench->add_subcommand("speed", "our goals of speed: detection, dynamics, whole steps");

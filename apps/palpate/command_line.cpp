@@ -22,7 +22,7 @@
 namespace palpate::app {
 namespace {
 
-constexpr const char* examples = R"(Examples:
+constexpr const char* command_examples = R"(Examples:
   palpate run scenes/stacking.json           simulate a scene; results go to results/stacking
   palpate view scenes/stacking.json          show a scene in the browser, where its bodies can be pulled
   palpate view liver.msh                     show a mesh that an instrument presses
@@ -79,7 +79,7 @@ void add_words(CLI::App& command, MeshOptions& mesh_options) {
 /// \param help_words  number of words after "help", which without_help_word() has removed
 int work(std::span<const char* const> words, std::size_t help_words) {
   CLI::App command("Palpate finds and resolves the contacts among soft bodies made of tets.", "palpate");
-  command.footer(examples);
+  command.footer(command_examples);
   command.require_subcommand(1);
   command.set_version_flag(
       "-V,--version", [] { return "palpate " PALPATE_VERSION " (" + io::describe_machine().commit + ")"; });

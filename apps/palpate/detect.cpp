@@ -25,7 +25,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* examples = R"(Examples:
+constexpr const char* detect_examples = R"(Examples:
   palpate detect scene.json > contacts.csv
   palpate detect scene.json --format json --out contacts.json
   palpate detect scene.json --structure brute | diff - contacts.csv
@@ -146,7 +146,7 @@ int detect(const DetectOptions& options) {
 
 Subcommand add_detect(CLI::App& command) {
   CLI::App* app = command.add_subcommand("detect", "contacts at the start of a scene, as CSV or JSON");
-  app->footer(examples);
+  app->footer(detect_examples);
   auto options = std::make_shared<DetectOptions>();
   add_path(*app, "SCENE", options->scene.file, "scene file (.json), '-' for standard input");
   add_changes(*app, options->scene.changes);

@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* examples = R"(Examples:
+constexpr const char* generate_examples = R"(Examples:
   palpate generate stacking --count 5 --out five.json
   palpate generate box --cells 20 4 4 --size 0.2 0.04 0.04 --out beam.vtu
   palpate generate ball --radius 0.05 --resolution 8
@@ -148,7 +148,7 @@ Subcommand add_ball(CLI::App& generate) {
 
 std::vector<Subcommand> add_generate(CLI::App& command) {
   CLI::App* generate = command.add_subcommand("generate", "write an example scene or mesh");
-  generate->footer(examples);
+  generate->footer(generate_examples);
   generate->require_subcommand(1);
   std::vector<Subcommand> all = add_generate_anatomy(*generate);
   all.insert(all.begin(), {add_stacking(*generate), add_box(*generate), add_ball(*generate)});

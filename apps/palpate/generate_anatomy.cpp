@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* examples = R"(Examples:
+constexpr const char* anatomy_examples = R"(Examples:
   palpate generate eye --out scenes/meshes/eye             the meshes of scenes/eye.json
   palpate generate skull --out scenes/meshes/skull         the meshes of scenes/skull.json
   palpate generate eye-labels --out eye.seg.nrrd && palpate mesh eye.seg.nrrd --conforming --rigid bone
@@ -50,7 +50,7 @@ void write_organs(const fs::path& folder, const std::vector<anatomy::Organ>& org
 Subcommand add_organs(CLI::App& generate, const std::string& name, const std::string& help,
                       std::function<std::vector<anatomy::Organ>()> make) {
   CLI::App* app = generate.add_subcommand(name, help);
-  app->footer(examples);
+  app->footer(anatomy_examples);
   auto named = std::make_shared<std::optional<fs::path>>();
   add_value(*app, "--out", "DIR", "folder of the meshes, NAME.vtu each, in mm; default: " + name,
             [named](const std::string&, const std::string& text) { *named = text; });
@@ -86,7 +86,7 @@ Subcommand add_labels(CLI::App& generate, const std::string& name, const std::st
                       const std::shared_ptr<LabelOptions>& options,
                       std::function<anatomy::OrganLabels(const LabelOptions&)> make) {
   CLI::App* app = generate.add_subcommand(name, help);
-  app->footer(examples);
+  app->footer(anatomy_examples);
   add_value(*app, "--out", "FILE", "where to write it (.nrrd), in mm; default: " + options->out.string(),
             [options](const std::string&, const std::string& text) { options->out = text; });
   add_value(*app, "--voxel", "MM", "edge of a voxel, 0.25 to 4; default: 1",
@@ -144,7 +144,7 @@ Subcommand add_orbit_plate(CLI::App& generate) {
   auto options = std::make_shared<Options>();
   CLI::App* app = generate.add_subcommand(
       "orbit-plate", "a mesh: a plate for the floor of 'orbit-labels', bent as it is or flat");
-  app->footer(examples);
+  app->footer(anatomy_examples);
   add_value(*app, "--out", "FILE", "where to write it (.vtu), in mm; default: plate.vtu",
             [options](const std::string&, const std::string& text) { options->out = text; });
   add_value(*app, "--size", "WIDTH,LENGTH", "along x and y, mm; default: 17,20",

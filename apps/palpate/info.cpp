@@ -25,7 +25,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* examples = R"(Examples:
+constexpr const char* info_examples = R"(Examples:
   palpate info liver.msh
   palpate info skull.vtu --unit mm
   palpate info scenes/stacking.json
@@ -203,7 +203,7 @@ int scene_info(const InfoOptions& options) {
 
 Subcommand add_info(CLI::App& command) {
   CLI::App* app = command.add_subcommand("info", "print statistics of a mesh or scene");
-  app->footer(examples);
+  app->footer(info_examples);
   auto options = std::make_shared<InfoOptions>();
   add_path(*app, "FILE", options->what.file, "mesh or scene; '-': a scene from standard input");
   add_changes(*app, options->what.changes);

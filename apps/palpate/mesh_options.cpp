@@ -119,7 +119,7 @@ void add_conformity(CLI::App& app, Conformity& conformity) {
 
 }  // namespace
 
-constexpr const char* examples = R"(Examples:
+constexpr const char* mesh_examples = R"(Examples:
   palpate mesh organs.seg.nrrd                              10000 tets in all; writes organs-bodies/scene.json
   palpate mesh labels.nii.gz --labels names.ctbl --rigid bone --tets 20000 --tets nerve=500 --gap 0.2
   palpate mesh eye.seg.nrrd --conforming --rigid bone --relation bulb:fat=slides
@@ -128,7 +128,7 @@ constexpr const char* examples = R"(Examples:
 Meshes are in mm, in LPS (x to the left, y to the back, z to the head); the scene is in mm, g and s.)";
 
 void add_mesh_options(CLI::App& app, MeshOptions& options) {
-  app.footer(examples);
+  app.footer(mesh_examples);
   app.add_option_function<std::vector<std::string>>(
          "INPUT",
          [&options](const std::vector<std::string>& texts) {

@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* examples = R"(Examples:
+constexpr const char* new_examples = R"(Examples:
   palpate new liver.vtu                         writes liver.json: the liver is held, and an instrument presses it
   palpate new liver.vtu --unit mm --drop        it falls onto a floor, and then a plate presses it
   palpate new ball.msh --size 0.08 --out trial.json && palpate view trial.json
@@ -91,7 +91,7 @@ void add_flags(CLI::App& app, NewOptions& options) {
 
 Subcommand add_new(CLI::App& command) {
   CLI::App* app = command.add_subcommand("new", "write a scene that contains a mesh, as a first version");
-  app->footer(examples);
+  app->footer(new_examples);
   auto options = std::make_shared<NewOptions>();
   add_flags(*app, *options);
   return {app, [options] { return write_new(*options); }};

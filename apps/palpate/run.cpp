@@ -36,7 +36,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* examples = R"(Examples:
+constexpr const char* run_examples = R"(Examples:
   palpate run scenes/stacking.json
   palpate run scenes/stacking.json --until-rest --out results/at-rest
   palpate run scene.json --steps 50 --no-picture --json | jq .state_hash
@@ -295,7 +295,7 @@ void add_flags(CLI::App& app, RunOptions& options) {
 Subcommand add_run(CLI::App& command) {
   CLI::App* app =
       command.add_subcommand("run", "simulate a scene and write frames, metrics, a report and a picture");
-  app->footer(std::string(examples) + tissue_lines());
+  app->footer(std::string(run_examples) + tissue_lines());
   auto options = std::make_shared<RunOptions>();
   add_flags(*app, *options);
   return {app, [options] { return run(*options); }};

@@ -33,7 +33,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* examples = R"(Examples:
+constexpr const char* view_examples = R"(Examples:
   palpate view scenes/stacking.json              run a scene and show it in the browser
   palpate view liver.vtu                         a mesh: fixed at its base, pressed by an instrument
   palpate view liver.vtu --unit mm --drop        a mesh in mm: it falls onto a floor
@@ -183,7 +183,7 @@ void add_flags(CLI::App& app, ViewOptions& options) {
 Subcommand add_view(CLI::App& command) {
   CLI::App* app =
       command.add_subcommand("view", "show a scene in the browser, where its bodies can be pulled");
-  app->footer(examples);
+  app->footer(view_examples);
   auto options = std::make_shared<ViewOptions>();
   add_flags(*app, *options);
   return {app, [options] { return serve(*options); }};

@@ -20,7 +20,7 @@ namespace palpate::app {
 namespace {
 
 /// Number of parts of a mesh that are connected through faces.
-int components_of(const TetMesh& mesh) {
+int component_count(const TetMesh& mesh) {
   Bodies bodies;
   bodies.add("mesh", mesh);
   std::vector<bool> seen(mesh.tets.size());
@@ -244,7 +244,7 @@ class Mesher {
     }
     for (Vec3& point : meshed.mesh.points) point = organ.frame.to_world(point);
     check_mesh(meshed.mesh, organ.name);  // turns the tets of a left-handed image
-    meshed.mesh_components = components_of(meshed.mesh);
+    meshed.mesh_components = component_count(meshed.mesh);
   }
 
   const std::vector<Organ>* organs_;

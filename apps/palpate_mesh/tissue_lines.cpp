@@ -62,9 +62,9 @@ Vec3 meeting_point(const Tissues& tissues, std::array<Vec3, 3> p, std::array<int
 
 /// Makes a point of the graph in each triangle of the lattice whose corners are of three tissues, and one in
 /// each tet of four tissues. A tet of three tissues has two such triangles, one of four tissues has four.
-class Tracer {
+class LineTracer {
  public:
-  explicit Tracer(const Tissues& tissues) : tissues_(&tissues) {
+  explicit LineTracer(const Tissues& tissues) : tissues_(&tissues) {
     Lattice voxels;
     for (std::size_t a = 0; a < 3; ++a) {
       voxels.size[a] = tissues.size()[a] + 2 * margin;
@@ -166,7 +166,7 @@ void smooth(TissueLines& lines) {
 }  // namespace
 
 TissueLines tissue_lines(const Tissues& tissues) {
-  TissueLines lines = Tracer(tissues).lines;
+  TissueLines lines = LineTracer(tissues).lines;
   smooth(lines);
   return lines;
 }

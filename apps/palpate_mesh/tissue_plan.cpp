@@ -98,7 +98,7 @@ TissuePairs touching(const NamedMap& map) {
 }
 
 /// The sizes of the components of each label, by its index among the labels of the map.
-std::vector<std::vector<std::size_t>> parts_of(const NamedMap& map) {
+std::vector<std::vector<std::size_t>> parts_of_labels(const NamedMap& map) {
   const std::vector<std::uint16_t> labels = tissues_of_voxels(map);
   const Components components = components_of(map.map.size, labels);
   std::vector<std::vector<std::size_t>> parts(map.labels.size());
@@ -133,7 +133,7 @@ void check_plan(const TissuePlan& plan, const NamedMap& map) {
 
 std::vector<std::string> label_warnings(const NamedMap& map) {
   constexpr std::size_t few = 27;
-  const auto parts = parts_of(map);
+  const auto parts = parts_of_labels(map);
   std::vector<std::string> warnings;
   for (std::size_t t = 0; t < map.labels.size(); ++t) {
     const auto& [extent, name] = map.labels[t];

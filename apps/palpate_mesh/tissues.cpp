@@ -13,7 +13,7 @@
 namespace palpate::app {
 namespace {
 
-constexpr int margin = 2;  // voxels around the map, so that the blur of labels at its border ends inside
+constexpr int blur_margin = 2;  // voxels around the map, so that the blur of labels at its border ends inside
 constexpr std::int16_t several = -1;
 
 std::vector<std::uint16_t> tissue_of_voxels(const LabelMap& map, const std::vector<LabelExtent>& extents) {
@@ -31,7 +31,9 @@ std::vector<std::uint16_t> tissue_of_voxels(const LabelMap& map, const std::vect
 
 /// Indices of the cell that contains p, counted from the lowest corner of all cells.
 std::array<int, 3> cell_at(const Vec3& p, const Vec3& spacing) {
-  const auto along = [](double x, double step) { return static_cast<int>(std::floor(x / step)) + margin; };
+  const auto along = [](double x, double step) {
+    return static_cast<int>(std::floor(x / step)) + blur_margin;
+  };
   return {along(p.x, spacing.x), along(p.y, spacing.y), along(p.z, spacing.z)};
 }
 
@@ -44,18 +46,18 @@ Tissues::Tissues(const LabelMap& map, const std::vector<LabelExtent>& extents, d
   for (const LabelExtent& extent : extents) fields_.push_back(blurred_mask(map, extent, shaping));
   offsets_.assign(fields_.size(), 0.0);
   free_.resize(fields_.size());
-  for (std::size_t a = 0; a < 3; ++a) cells_[a] = size_[a] + 2 * margin - 1;
+  for (std::size_t a = 0; a < 3; ++a) cells_[a] = size_[a] + 2 * blur_margin - 1;
   find_winners();
   keep_volumes(extents, blur_width(map, shaping));
 }
 
 Vec3 Tissues::lower() const {
-  return {-margin * spacing_.x, -margin * spacing_.y, -margin * spacing_.z};
+  return {-blur_margin * spacing_.x, -blur_margin * spacing_.y, -blur_margin * spacing_.z};
 }
 
 Vec3 Tissues::upper() const {
-  return {(size_[0] - 1 + margin) * spacing_.x, (size_[1] - 1 + margin) * spacing_.y,
-          (size_[2] - 1 + margin) * spacing_.z};
+  return {(size_[0] - 1 + blur_margin) * spacing_.x, (size_[1] - 1 + blur_margin) * spacing_.y,
+          (size_[2] - 1 + blur_margin) * spacing_.z};
 }
 
 int Tissues::evaluated(const Vec3& p) const {
@@ -115,10 +117,11 @@ void Tissues::find_winners() {
                    static_cast<std::size_t>(cells_[2]),
                several);
   for_points(cells_, [&](int i, int j, int k) {
-    const int first = voxel(i - margin, j - margin, k - margin);
+    const int first = voxel(i - blur_margin, j - blur_margin, k - blur_margin);
     bool same = true;
     for_points({4, 4, 4}, [&](int x, int y, int z) {
-      same = same && voxel(i - margin + x - 1, j - margin + y - 1, k - margin + z - 1) == first;
+      same =
+          same && voxel(i - blur_margin + x - 1, j - blur_margin + y - 1, k - blur_margin + z - 1) == first;
     });
     if (same) cell_[cell_index(i, j, k)] = static_cast<std::int16_t>(first);
   });
@@ -143,9 +146,9 @@ std::vector<double> Tissues::volumes() const {
       return 0.5 * (half + mixed * step - std::floor(mixed * step));
     };
     for_points({2, 2, 2}, [&](int x, int y, int z) {
-      const Vec3 p{(i - margin + place(x, steps.x)) * spacing_.x,
-                   (j - margin + place(y, steps.y)) * spacing_.y,
-                   (k - margin + place(z, steps.z)) * spacing_.z};
+      const Vec3 p{(i - blur_margin + place(x, steps.x)) * spacing_.x,
+                   (j - blur_margin + place(y, steps.y)) * spacing_.y,
+                   (k - blur_margin + place(z, steps.z)) * spacing_.z};
       volumes[static_cast<std::size_t>(evaluated(p))] += 0.125 * voxel;
     });
   });
@@ -192,8 +195,8 @@ void Tissues::draw_back(int tissue, Lattice distance_to_others, double gap) {
     if (whole != tissue) return;
     bool all = true;
     for_points({2, 2, 2}, [&](int x, int y, int z) {
-      all = all && free({(i - margin + x) * spacing_.x, (j - margin + y) * spacing_.y,
-                         (k - margin + z) * spacing_.z}) > 0.0;
+      all = all && free({(i - blur_margin + x) * spacing_.x, (j - blur_margin + y) * spacing_.y,
+                         (k - blur_margin + z) * spacing_.z}) > 0.0;
     });
     if (!all) whole = several;
   });

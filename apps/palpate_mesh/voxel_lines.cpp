@@ -12,12 +12,12 @@
 namespace palpate::app {
 namespace {
 
-constexpr std::array<double Vec3::*, 3> component{&Vec3::x, &Vec3::y, &Vec3::z};
+constexpr std::array<double Vec3::*, 3> coordinate{&Vec3::x, &Vec3::y, &Vec3::z};
 
 /// The interval of a line through `start` along an axis that is in a tet, in coordinates of that axis.
 std::optional<std::pair<double, double>> part_in(const std::array<Vec3, 4>& tet, const Vec3& start,
                                                  std::size_t axis, const Box& box) {
-  const auto along = component[axis];
+  const auto along = coordinate[axis];
   double low = box.lower.*along;
   double high = box.upper.*along;
   for (const auto& [a, b, c] : outward_face) {
@@ -35,9 +35,9 @@ std::optional<std::pair<double, double>> part_in(const std::array<Vec3, 4>& tet,
   return std::pair(low, high);
 }
 
-class Tracer {
+class TetTracer {
  public:
-  Tracer(const Tissues& tissues, VoxelLines& lines) : tissues_(&tissues), lines_(&lines) {
+  TetTracer(const Tissues& tissues, VoxelLines& lines) : tissues_(&tissues), lines_(&lines) {
     lines.tissues.assign(tissues.voxels().size(), 0);
     for (auto& covered : lines.covered) covered.assign(tissues.voxels().size(), 0.0F);
   }
@@ -48,9 +48,9 @@ class Tracer {
     std::array<int, 3> first{};
     std::array<int, 3> last{};
     for (std::size_t a = 0; a < 3; ++a) {
-      first[a] = std::max(0, static_cast<int>(std::ceil(box.lower.*component[a] / step(a))));
+      first[a] = std::max(0, static_cast<int>(std::ceil(box.lower.*coordinate[a] / step(a))));
       last[a] =
-          std::min(tissues_->size()[a] - 1, static_cast<int>(std::floor(box.upper.*component[a] / step(a))));
+          std::min(tissues_->size()[a] - 1, static_cast<int>(std::floor(box.upper.*coordinate[a] / step(a))));
     }
     for (std::size_t axis = 0; axis < 3; ++axis) {
       std::array<int, 3> count{};
@@ -65,7 +65,7 @@ class Tracer {
   }
 
  private:
-  [[nodiscard]] double step(std::size_t axis) const { return tissues_->spacing().*component[axis]; }
+  [[nodiscard]] double step(std::size_t axis) const { return tissues_->spacing().*coordinate[axis]; }
 
   void cover(std::array<int, 3> voxel, std::size_t axis, const std::pair<double, double>& part, int tissue) {
     const int most = tissues_->size()[axis] - 1;
@@ -90,7 +90,7 @@ class Tracer {
 
 VoxelLines covered_lines(const Tissues& tissues, const LabelledMesh& mesh) {
   VoxelLines lines;
-  Tracer tracer(tissues, lines);
+  TetTracer tracer(tissues, lines);
   for (std::size_t t = 0; t < mesh.mesh.tets.size(); ++t) {
     std::array<Vec3, 4> corners;
     for (std::size_t c = 0; c < 4; ++c)

@@ -14,16 +14,16 @@
 namespace palpate::bench {
 namespace {
 
-constexpr int usual_frames = 4;
+constexpr int instruction_frames = 4;
 constexpr double usual_tets = 1e4;
-constexpr std::array thread_counts{2, 4, 8, 16, 32};
+constexpr std::array counted_threads{2, 4, 8, 16, 32};
 
 /// Of all instructions, what is not on the longest chain with any number of threads; and by how much threads
 /// are faster, if chunks cost alike, waiting costs nothing and instructions take the same time.
 Json parallel_part_of(const CallgrindCounts& counts) {
   const double all = counts.instructions;
   Json faster;
-  for (const int threads : thread_counts)
+  for (const int threads : counted_threads)
     faster[std::to_string(threads)] = all / longest_chain(counts, threads);
   const double chain = longest_chain(counts, std::numeric_limits<double>::infinity());
   return {{"longest_chain", chain}, {"share", 1.0 - chain / all}, {"speed_up", faster}};
@@ -46,7 +46,7 @@ Json count(const Kernel& kernel, int cells, int frames_asked_for) {
 
 Part instructions_part(const SpeedEffort& effort) {
   const int cells = std::max(1, measure::stacking_cells(std::min(effort.most_tets, usual_tets)));
-  const int frames = effort.frames_or(usual_frames);
+  const int frames = effort.frames_or(instruction_frames);
   Part part{"instructions", {}, instructions_rows};
   for (const Kernel& kernel : kernels)
     part.cases.push_back({std::string(kernel.name), 0.0, [=] { return count(kernel, cells, frames); }});

@@ -12,8 +12,8 @@
 namespace palpate::anatomy {
 namespace {
 
-using Face = std::array<Index, 3>;  ///< corners, ascending
-using Side = std::array<Index, 2>;  ///< of a face: corners, ascending
+using Face = std::array<Index, 3>;         ///< corners, ascending
+using FaceCorners = std::array<Index, 2>;  ///< of a face: corners, ascending
 
 /// The faces of tets, sorted, each with its tet.
 std::vector<std::pair<Face, Index>> faces_of(const TetMesh& mesh) {
@@ -31,9 +31,9 @@ std::vector<std::pair<Face, Index>> faces_of(const TetMesh& mesh) {
 }
 
 /// The edges of more than two surface faces.
-std::vector<Side> pinched_edges(const TetMesh& mesh) {
+std::vector<FaceCorners> pinched_edges(const TetMesh& mesh) {
   const auto faces = faces_of(mesh);
-  std::vector<Side> sides;
+  std::vector<FaceCorners> sides;
   for (std::size_t f = 0; f < faces.size(); ++f) {
     const Face& face = faces[f].first;
     const bool is_inner =
@@ -41,7 +41,7 @@ std::vector<Side> pinched_edges(const TetMesh& mesh) {
     if (!is_inner) sides.insert(sides.end(), {{face[0], face[1]}, {face[0], face[2]}, {face[1], face[2]}});
   }
   std::ranges::sort(sides);
-  std::vector<Side> pinched;
+  std::vector<FaceCorners> pinched;
   for (std::size_t i = 2; i < sides.size(); ++i) {
     if (sides[i] == sides[i - 2] && (pinched.empty() || pinched.back() != sides[i]))
       pinched.push_back(sides[i]);
@@ -78,7 +78,7 @@ Sizes sizes_of(const TetMesh& mesh) {
 }
 
 /// Marks the tets around an edge that are not in the largest fan.
-void mark_smaller_fans(const TetMesh& mesh, const Side& edge, std::vector<bool>& dropped) {
+void mark_smaller_fans(const TetMesh& mesh, const FaceCorners& edge, std::vector<bool>& dropped) {
   TetMesh fans;
   std::vector<std::size_t> tets;
   for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
@@ -121,10 +121,10 @@ TetMesh largest_part(const TetMesh& mesh) {
 
 TetMesh without_pinched_edges(TetMesh mesh) {
   for (;;) {
-    const std::vector<Side> pinched = pinched_edges(mesh);
+    const std::vector<FaceCorners> pinched = pinched_edges(mesh);
     if (pinched.empty()) return mesh;
     std::vector<bool> dropped(mesh.tets.size(), false);
-    for (const Side& edge : pinched) mark_smaller_fans(mesh, edge, dropped);
+    for (const FaceCorners& edge : pinched) mark_smaller_fans(mesh, edge, dropped);
     std::vector<Tet> kept;
     for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
       if (!dropped[t]) kept.push_back(mesh.tets[t]);

@@ -11,7 +11,7 @@
 namespace palpate::anatomy {
 namespace {
 
-constexpr double gap = 0.25;
+constexpr double skull_gap = 0.25;
 constexpr double tissue = 10.0;  ///< thickness of the soft tissue
 constexpr double tissue_back = 22.0;
 
@@ -46,7 +46,7 @@ Distance lower_jaw_shape() {
 Distance soft_tissue_shape() {
   const Distance nose = ellipsoid({0.0, -90.0, -18.0}, {13.0, 20.0, 24.0});
   const Distance outer = smoothly_united(head_shape(), nose, 14.0);
-  const Distance inner = grown(head_shape(), gap - tissue);
+  const Distance inner = grown(head_shape(), skull_gap - tissue);
   return without(common({outer, box({-100.0, -140.0, -100.0}, {100.0, tissue_back, 60.0})}), inner);
 }
 

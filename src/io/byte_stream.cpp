@@ -19,7 +19,7 @@ constexpr auto digit_values = [] {
   return values;
 }();
 
-constexpr bool is_blank(char c) {
+constexpr bool is_between_digits(char c) {
   return c == ' ' || c == '\n' || c == '\r' || c == '\t';
 }
 
@@ -33,7 +33,7 @@ bool ByteStream::decode_group() {
   std::size_t position = 0;
   for (; digits + padding < 4 && position < text_.size(); ++position) {
     const char c = text_[position];
-    if (is_blank(c)) continue;
+    if (is_between_digits(c)) continue;
     const std::uint32_t value = digit_values[static_cast<unsigned char>(c)];
     const bool pads = c == '=' && digits >= 2;
     if (!pads && (value == not_a_digit || padding > 0)) return false;

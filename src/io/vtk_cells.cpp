@@ -14,7 +14,7 @@
 namespace palpate::io {
 namespace {
 
-struct CellType {
+struct VtkCellType {
   std::int64_t number;
   std::string_view kind;  ///< our name, the same as in other formats
   int corners;            ///< 0 where the number varies
@@ -24,43 +24,43 @@ constexpr std::int64_t voxel = 11;
 constexpr std::int64_t last_type = 81;  // VTK_BEZIER_PYRAMID, the last that vtkCellType.h of VTK 9 names
 
 // vtkCellType.h: the linear cells, the quadratic ones that mesh generators write, and those of any order.
-constexpr std::array<CellType, 37> cell_types{{{0, "empty cell", 0},
-                                               {1, "vertex", 1},
-                                               {2, "poly-vertex", 0},
-                                               {3, "line", 2},
-                                               {4, "polyline", 0},
-                                               {5, "triangle", 3},
-                                               {6, "triangle strip", 0},
-                                               {7, "polygon", 0},
-                                               {8, "pixel", 4},
-                                               {9, "quad", 4},
-                                               {10, "tetrahedron", 4},
-                                               {voxel, "hexahedron", 8},
-                                               {12, "hexahedron", 8},
-                                               {13, "wedge", 6},
-                                               {14, "pyramid", 5},
-                                               {21, "line3", 3},
-                                               {22, "triangle6", 6},
-                                               {23, "quad8", 8},
-                                               {24, "tetrahedron10", 10},
-                                               {25, "hexahedron20", 20},
-                                               {26, "wedge15", 15},
-                                               {27, "pyramid13", 13},
-                                               {29, "hexahedron27", 27},
-                                               {31, "wedge12", 12},
-                                               {32, "wedge18", 18},
-                                               {33, "hexahedron24", 24},
-                                               {37, "pyramid19", 19},
-                                               {41, "convex point set", 0},
-                                               {42, "polyhedron", 0},
-                                               {71, "Lagrange tetrahedron", 0},
-                                               {72, "Lagrange hexahedron", 0},
-                                               {73, "Lagrange wedge", 0},
-                                               {74, "Lagrange pyramid", 0},
-                                               {78, "Bezier tetrahedron", 0},
-                                               {79, "Bezier hexahedron", 0},
-                                               {80, "Bezier wedge", 0},
-                                               {81, "Bezier pyramid", 0}}};
+constexpr std::array<VtkCellType, 37> vtk_cell_types{{{0, "empty cell", 0},
+                                                      {1, "vertex", 1},
+                                                      {2, "poly-vertex", 0},
+                                                      {3, "line", 2},
+                                                      {4, "polyline", 0},
+                                                      {5, "triangle", 3},
+                                                      {6, "triangle strip", 0},
+                                                      {7, "polygon", 0},
+                                                      {8, "pixel", 4},
+                                                      {9, "quad", 4},
+                                                      {10, "tetrahedron", 4},
+                                                      {voxel, "hexahedron", 8},
+                                                      {12, "hexahedron", 8},
+                                                      {13, "wedge", 6},
+                                                      {14, "pyramid", 5},
+                                                      {21, "line3", 3},
+                                                      {22, "triangle6", 6},
+                                                      {23, "quad8", 8},
+                                                      {24, "tetrahedron10", 10},
+                                                      {25, "hexahedron20", 20},
+                                                      {26, "wedge15", 15},
+                                                      {27, "pyramid13", 13},
+                                                      {29, "hexahedron27", 27},
+                                                      {31, "wedge12", 12},
+                                                      {32, "wedge18", 18},
+                                                      {33, "hexahedron24", 24},
+                                                      {37, "pyramid19", 19},
+                                                      {41, "convex point set", 0},
+                                                      {42, "polyhedron", 0},
+                                                      {71, "Lagrange tetrahedron", 0},
+                                                      {72, "Lagrange hexahedron", 0},
+                                                      {73, "Lagrange wedge", 0},
+                                                      {74, "Lagrange pyramid", 0},
+                                                      {78, "Bezier tetrahedron", 0},
+                                                      {79, "Bezier hexahedron", 0},
+                                                      {80, "Bezier wedge", 0},
+                                                      {81, "Bezier pyramid", 0}}};
 
 class CellAppender {
  public:
@@ -113,7 +113,7 @@ class CellAppender {
       fail(cell, fmt::format("cell type {}", type),
            fmt::format("one of VTK's cell types, 0 to {}", last_type));
     }
-    const CellType* known = find(type);
+    const VtkCellType* known = find(type);
     if (known != nullptr && known->corners != 0 &&
         corners.size() != static_cast<std::size_t>(known->corners)) {
       fail(cell, fmt::format("{} corners", corners.size()),
@@ -127,16 +127,16 @@ class CellAppender {
     }
   }
 
-  static const CellType* find(std::int64_t type) {
-    const auto found = std::find_if(cell_types.begin(), cell_types.end(),
-                                    [&](const CellType& t) { return t.number == type; });
-    return found == cell_types.end() ? nullptr : &*found;
+  static const VtkCellType* find(std::int64_t type) {
+    const auto found = std::find_if(vtk_cell_types.begin(), vtk_cell_types.end(),
+                                    [&](const VtkCellType& t) { return t.number == type; });
+    return found == vtk_cell_types.end() ? nullptr : &*found;
   }
 
   void append_cell(std::size_t cell, std::span<const std::int64_t> corners, Index first_point,
                    MeshFile& file) const {
     const std::int64_t type = cells_.types[cell];
-    const CellType* known = find(type);
+    const VtkCellType* known = find(type);
     if (known == nullptr) return count_dropped(file, fmt::format("cell of VTK type {}", type));
     const std::size_t wanted = volume_corners(known->kind);
     if (wanted == 0) return count_dropped(file, known->kind);

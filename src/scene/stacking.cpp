@@ -24,7 +24,7 @@ double random_unit(std::uint32_t seed, int index, std::uint32_t channel) {
 }
 
 /// x rounded to `digits` decimal digits, so that the scene file is easy to read.
-double rounded(double x, int digits) {
+double rounded_to(double x, int digits) {
   std::array<char, 40> text{};
   const auto end = std::to_chars(text.begin(), text.end(), x, std::chars_format::scientific, digits - 1).ptr;
   double result = 0.0;
@@ -34,7 +34,7 @@ double rounded(double x, int digits) {
 
 double random_within(double bound, std::uint32_t seed, int index, std::uint32_t channel) {
   constexpr int digits = 4;
-  return std::clamp(rounded(bound * random_unit(seed, index, channel), digits), -bound, bound);
+  return std::clamp(rounded_to(bound * random_unit(seed, index, channel), digits), -bound, bound);
 }
 
 void check(const StackingOptions& options) {
@@ -53,7 +53,7 @@ SceneBody membrane(const StackingOptions& options, int index) {
   SceneBody body;
   body.name = "membrane " + std::to_string(index);
   body.source = BoxGenerator{options.cells, options.size};
-  body.transform.translate.z = rounded(0.5 * options.size.z + index * (options.size.z + options.gap), 12);
+  body.transform.translate.z = rounded_to(0.5 * options.size.z + index * (options.size.z + options.gap), 12);
   if (index == 0) {
     body.obstacle = true;
     return body;

@@ -35,7 +35,7 @@ TEST(Stuffing, ABallIsClosedRoundAndAsLargeAsItShouldBe) {
   double last_error = 1.0;
   for (const double cell : {0.5, 0.25}) {
     const TetMesh mesh = stuff(ball({0.1, 0.2, -0.1}, 1.0), around(1.5, cell));
-    const Bodies bodies = test::bodies_of(mesh);
+    const Bodies bodies = test::single_body(mesh);
     const test::SurfaceCheck surface = test::surface_check(bodies, 0);
     EXPECT_TRUE(surface.closed);
     EXPECT_EQ(surface.odd_edges, 0);
@@ -53,7 +53,7 @@ TEST(Stuffing, ABallIsClosedRoundAndAsLargeAsItShouldBe) {
 }
 
 TEST(Stuffing, ARingHasItsHole) {
-  const Bodies bodies = test::bodies_of(stuff(ring_distance, around(3.0, 0.4)));
+  const Bodies bodies = test::single_body(stuff(ring_distance, around(3.0, 0.4)));
   const test::SurfaceCheck surface = test::surface_check(bodies, 0);
   EXPECT_TRUE(surface.closed);
   EXPECT_EQ(surface.euler, 0) << "a torus";
@@ -68,7 +68,7 @@ TEST(Stuffing, AnglesKeepTheBoundsWhereverTheSurfaceLies) {
     const Vec3 center{coordinate(), coordinate(), coordinate()};
     const Vec3 normal{coordinate(), coordinate(), 0.3 + coordinate()};
     const Distance shape = without(ball(center, random.uniform(1.0, 2.0)), half_space(center, normal), -0.3);
-    const Bodies bodies = test::bodies_of(stuff(shape, around(3.0, random.uniform(0.4, 0.7))));
+    const Bodies bodies = test::single_body(stuff(shape, around(3.0, random.uniform(0.4, 0.7))));
     const Spread angles = statistics_of(bodies).dihedral_angle;
     EXPECT_GT(angles.min, 10.7) << i;
     EXPECT_LT(angles.max, 164.8) << i;
@@ -79,7 +79,7 @@ TEST(Stuffing, AnglesKeepTheBoundsWhereverTheSurfaceLies) {
 
 TEST(Stuffing, OnlyTheLargestPartStays) {
   const Distance two = united({ball({-1.5, 0.0, 0.0}, 1.2), ball({1.5, 0.0, 0.0}, 0.8)});
-  const Bodies bodies = test::bodies_of(stuff(two, around(3.0, 0.4)));
+  const Bodies bodies = test::single_body(stuff(two, around(3.0, 0.4)));
   EXPECT_LT(statistics_of(bodies).upper.x, 0.0);
   EXPECT_TRUE(largest_part({}).tets.empty());
 }
@@ -88,10 +88,10 @@ TEST(Stuffing, PartsThatMeetInAnEdgeAreTakenApart) {
   // Two tets that share the edge 0-1 and no face, and a third beside the first.
   TetMesh mesh{{{0, 0, 0}, {0, 0, 1}, {1, 0, 0}, {1, 1, 0}, {-1, 0, 0}, {-1, -1, 0}, {0, 1, 0}},
                {{0, 1, 2, 3}, {0, 1, 4, 5}, {0, 1, 3, 6}}};
-  EXPECT_EQ(test::surface_check(test::bodies_of(mesh), 0).odd_edges, 1);
+  EXPECT_EQ(test::surface_check(test::single_body(mesh), 0).odd_edges, 1);
   mesh = largest_part(without_pinched_edges(mesh));
   EXPECT_EQ(mesh.tets.size(), 2U);
-  EXPECT_EQ(test::surface_check(test::bodies_of(mesh), 0).odd_edges, 0);
+  EXPECT_EQ(test::surface_check(test::single_body(mesh), 0).odd_edges, 0);
 }
 
 TEST(Stuffing, RefusesWhatItCannotMesh) {
@@ -104,7 +104,7 @@ TEST(Stuffing, RefusesWhatItCannotMesh) {
 TEST(Fit, BringsTheSurfaceToTheShapeAndKeepsTheAngle) {
   // A plate of 0.6 cells: stuffing alone tears it; stuffing a wider shape and fitting it does not.
   const Distance plate = box({-2.0, -2.0, -0.15}, {2.0, 2.0, 0.15});
-  const Bodies bodies = test::bodies_of(stuff_fitted(plate, grown(plate, 0.25), around(3.0, 0.5)));
+  const Bodies bodies = test::single_body(stuff_fitted(plate, grown(plate, 0.25), around(3.0, 0.5)));
   EXPECT_GE(statistics_of(bodies).dihedral_angle.min, 10.0 - 1e-9);
   EXPECT_NEAR(statistics_of(bodies).volume, 16.0 * 0.3, 0.12 * 16.0 * 0.3);
   const test::SurfaceCheck surface = test::surface_check(bodies, 0);
@@ -117,11 +117,11 @@ TEST(Fit, BringsTheSurfaceToTheShapeAndKeepsTheAngle) {
 
 TEST(Plate, HasItsHolesAndFollowsTheSurface) {
   const Bodies bodies =
-      test::bodies_of(make_plate({.cells = {7, 5},
-                                  .cell = 2.0,
-                                  .thickness = 0.5,
-                                  .start = {1.0, 2.0, 0.0},
-                                  .bottom = [](double x, double y) { return 0.1 * x - 0.2 * y; }}));
+      test::single_body(make_plate({.cells = {7, 5},
+                                    .cell = 2.0,
+                                    .thickness = 0.5,
+                                    .start = {1.0, 2.0, 0.0},
+                                    .bottom = [](double x, double y) { return 0.1 * x - 0.2 * y; }}));
   constexpr int holes = 6;
   EXPECT_EQ(bodies.tets().size(), 5U * (35U - holes));
   EXPECT_EQ(test::surface_check(bodies, 0).euler, 2 - 2 * holes);

@@ -9,6 +9,7 @@
 #include <palpate/mesh.hpp>
 
 #include "geometry/vector.hpp"
+#include "support/meshes.hpp"
 
 /// Checks of a mesh, from its tets alone.
 namespace palpate::test {
@@ -41,12 +42,6 @@ inline SurfaceCheck surface_check(const Bodies& bodies, Index body) {
   }
   check.euler = static_cast<int>(points.size()) - static_cast<int>(edges.size()) + range.size();
   return check;
-}
-
-inline Bodies bodies_of(TetMesh mesh) {
-  Bodies bodies;
-  bodies.add("body", std::move(mesh));
-  return bodies;
 }
 
 }  // namespace palpate::test

@@ -12,10 +12,10 @@
 namespace palpate {
 namespace {
 
-using ContactSet = std::set<std::pair<Index, Index>>;
+using PointsInBodies = std::set<std::pair<Index, Index>>;
 
-ContactSet set_of(const Contacts& contacts) {
-  ContactSet set;
+PointsInBodies points_in_bodies(const Contacts& contacts) {
+  PointsInBodies set;
   for (std::size_t c = 0; c < contacts.size(); ++c) set.insert({contacts.point[c], contacts.body[c]});
   return set;
 }
@@ -37,11 +37,11 @@ TEST(ApproximateMode, FindsASubsetAndSaysWhatItDropped) {
     Detector exact = detector_for(scene, Structure::compact, std::nullopt, 1, 0.2);
     exact.detect(scene.positions);
     EXPECT_EQ(exact.counts().dropped_cells, 0U);
-    const ContactSet all = set_of(exact.contacts());
+    const PointsInBodies all = points_in_bodies(exact.contacts());
     for (const int slots : {27, 8, 1}) {
       Detector approximate = detector_for(scene, Structure::compact, slots, 1, 0.2);
       approximate.detect(scene.positions);
-      const ContactSet found = set_of(approximate.contacts());
+      const PointsInBodies found = points_in_bodies(approximate.contacts());
       ASSERT_TRUE(std::includes(all.begin(), all.end(), found.begin(), found.end())) << slots << " slots";
       ASSERT_TRUE(found == all || approximate.counts().dropped_cells > 0) << "a loss is never silent";
       ASSERT_EQ(approximate.counts().dropped_cells > 0, approximate.counts().approximated_primitives > 0);
@@ -66,17 +66,17 @@ TEST(ApproximateMode, HasTheSameBitsForEveryThreadCountAndChangesWithTheStep) {
   std::size_t changes = 0;
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     const test::ContactScene scene = test::make_contact_scene(8, seed);
-    std::vector<ContactSet> by_step;
+    std::vector<PointsInBodies> by_step;
     for (const int threads : {1, 2, 5}) {
       Detector detector = detector_for(scene, Structure::compact, 1, threads, 0.2);
       for (std::size_t step = 0; step < 4; ++step) {
         detector.detect(scene.positions);
-        const ContactSet found = set_of(detector.contacts());
+        const PointsInBodies found = points_in_bodies(detector.contacts());
         if (by_step.size() == step) by_step.push_back(found);
         ASSERT_EQ(found, by_step[step]) << threads << " threads, step " << step << ", seed " << seed;
       }
     }
-    changes += std::set<ContactSet>(by_step.begin(), by_step.end()).size() - 1;
+    changes += std::set<PointsInBodies>(by_step.begin(), by_step.end()).size() - 1;
   }
   EXPECT_GT(changes, 5U);
 }

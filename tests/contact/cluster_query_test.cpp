@@ -100,11 +100,6 @@ void draw_settings(Case& c, Random& random, double unit) {
   c.order = random.chance(0.5) ? Order::linear : Order::z;
 }
 
-std::string identifier(std::string name) {
-  for (char& c : name) c = c == ' ' || c == '-' ? '_' : c;
-  return name;
-}
-
 class ClusterQueryScenes : public ::testing::TestWithParam<int> {};
 
 TEST_P(ClusterQueryScenes, FindWhatRationalArithmeticFinds) {
@@ -121,7 +116,7 @@ TEST_P(ClusterQueryScenes, FindWhatRationalArithmeticFinds) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, ClusterQueryScenes, ::testing::Range(0, test::contact_scene_kinds),
-                         [](const auto& p) { return identifier(test::contact_scene_name(p.param)); });
+                         [](const auto& p) { return test::identifier(test::contact_scene_name(p.param)); });
 
 class ClusterQueryInTheLarge : public ::testing::TestWithParam<int> {};
 
@@ -140,7 +135,7 @@ TEST_P(ClusterQueryInTheLarge, FindsWhatAllPairsGive) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, ClusterQueryInTheLarge, ::testing::Range(0, test::large_scene_kinds),
-                         [](const auto& p) { return identifier(test::large_scene_name(p.param)); });
+                         [](const auto& p) { return test::identifier(test::large_scene_name(p.param)); });
 
 /// Points of one soup lie as near as doubles can to faces, edges and corners of a mesh: what the float filter
 /// says there must be what its bound allows.

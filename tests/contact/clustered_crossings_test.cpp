@@ -48,11 +48,6 @@ DetectionSettings draw_settings(const ContactScene& scene, Random& random, doubl
   return settings;
 }
 
-std::string identifier(std::string name) {
-  for (char& c : name) c = c == ' ' || c == '-' ? '_' : c;
-  return name;
-}
-
 class ClusteredCrossingsScenes : public ::testing::TestWithParam<int> {};
 
 TEST_P(ClusteredCrossingsScenes, AreThoseOfAllPairs) {
@@ -70,7 +65,7 @@ TEST_P(ClusteredCrossingsScenes, AreThoseOfAllPairs) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, ClusteredCrossingsScenes, ::testing::Range(0, test::contact_scene_kinds),
-                         [](const auto& p) { return identifier(test::contact_scene_name(p.param)); });
+                         [](const auto& p) { return test::identifier(test::contact_scene_name(p.param)); });
 
 /// Bodies pressed into each other: boxes whose points are moved a little, and whose surfaces partly lie in
 /// one plane up to rounding, near the origin and far from it.

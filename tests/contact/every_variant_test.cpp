@@ -83,11 +83,6 @@ Found check_case(ContactScene scene, std::span<const DetectionSettings> variants
   return found;
 }
 
-std::string identifier(std::string name) {
-  for (char& c : name) c = c == ' ' || c == '-' ? '_' : c;
-  return name;
-}
-
 class EveryVariant : public ::testing::TestWithParam<int> {};
 
 TEST_P(EveryVariant, EqualsBruteToTheBit) {
@@ -112,7 +107,7 @@ TEST_P(EveryVariant, EqualsBruteToTheBit) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, EveryVariant, ::testing::Range(0, test::contact_scene_kinds),
-                         [](const auto& p) { return identifier(test::contact_scene_name(p.param)); });
+                         [](const auto& p) { return test::identifier(test::contact_scene_name(p.param)); });
 
 class EveryVariantInTheLarge : public ::testing::TestWithParam<int> {};
 
@@ -132,7 +127,7 @@ TEST_P(EveryVariantInTheLarge, EqualsBruteToTheBit) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, EveryVariantInTheLarge, ::testing::Range(0, test::large_scene_kinds),
-                         [](const auto& p) { return identifier(test::large_scene_name(p.param)); });
+                         [](const auto& p) { return test::identifier(test::large_scene_name(p.param)); });
 
 }  // namespace
 }  // namespace palpate

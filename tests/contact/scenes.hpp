@@ -17,6 +17,12 @@ struct ContactScene {
   std::vector<std::uint8_t> immovable;
 };
 
+/// A name of a scene as the name of a test.
+inline std::string identifier(std::string name) {
+  for (char& c : name) c = c == ' ' || c == '-' ? '_' : c;
+  return name;
+}
+
 inline constexpr int contact_scene_kinds = 13;
 inline const char* contact_scene_name(int kind) {
   constexpr const char* names[contact_scene_kinds] = {"random soups",

@@ -13,13 +13,13 @@ namespace {
 using test::Long;
 using test::Random;
 
-constexpr double tolerance = 1e-6;
+constexpr double touch_tolerance = 1e-6;
 
 struct Kind {
   bool edges;
   std::size_t first;  ///< corners of the first primitive
   [[nodiscard]] std::optional<SweptTouch> find(const SweptPoints& points) const {
-    return edges ? edge_meets_edge(points, tolerance) : point_meets_triangle(points, tolerance);
+    return edges ? edge_meets_edge(points, touch_tolerance) : point_meets_triangle(points, touch_tolerance);
   }
   [[nodiscard]] Long distance(const SweptPoints& points, Long time) const {
     const auto x = test::places(points, time);
@@ -35,7 +35,7 @@ constexpr Kind edge_edge{true, 2};
 
 /// What each reported touch must be: near at its time, and apart along its direction.
 void check_touch(const Kind& kind, const SweptPoints& points, const SweptTouch& touch) {
-  const double within = swept_tolerance(points, tolerance);
+  const double within = swept_tolerance(points, touch_tolerance);
   ASSERT_LE(kind.distance(points, touch.time), within * (1.0 + 1e-9));
   ASSERT_GE(touch.time, 0.0);
   ASSERT_LE(touch.time, 1.0);
@@ -161,7 +161,7 @@ TEST(SweptPair, EdgesAgainstEdgesAgreeWithTheRootsOfTheirCubics) {
 TEST(SweptPair, TellsTheTimeThePlaceAndTheSide) {
   const SweptPoints falls{{Vec3{0.25, 0.25, 3}, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}},
                           {Vec3{0.25, 0.25, -1}, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}}};
-  const auto above = point_meets_triangle(falls, tolerance);
+  const auto above = point_meets_triangle(falls, touch_tolerance);
   ASSERT_TRUE(above);
   EXPECT_NEAR(above->time, 0.75, 1e-6);
   EXPECT_LE(above->time, 0.75);
@@ -170,7 +170,7 @@ TEST(SweptPair, TellsTheTimeThePlaceAndTheSide) {
   EXPECT_NEAR(length(above->direction - Vec3{0, 0, 1}), 0.0, 1e-6);
   const SweptPoints crosses{{Vec3{-1, 0, 2}, {3, 0, 2}, {0, -1, 0}, {0, 3, 0}},
                             {Vec3{-1, 0, -2}, {3, 0, -2}, {0, -1, 0}, {0, 3, 0}}};
-  const auto over = edge_meets_edge(crosses, tolerance);
+  const auto over = edge_meets_edge(crosses, touch_tolerance);
   ASSERT_TRUE(over);
   EXPECT_NEAR(over->time, 0.5, 1e-6);
   EXPECT_NEAR(over->weights[0], 0.25, 1e-6);
@@ -180,13 +180,13 @@ TEST(SweptPair, TellsTheTimeThePlaceAndTheSide) {
 
 /// What slides past within a few tolerances is no touch, however long it takes.
 TEST(SweptPair, WhatSlidesPastDoesNotTouch) {
-  for (const double gap : {3.0 * tolerance, 1e-3, 0.1}) {
+  for (const double gap : {3.0 * touch_tolerance, 1e-3, 0.1}) {
     const SweptPoints slides{{Vec3{-1, 0.1, gap}, {0, 0, 0}, {9, 0, 0}, {0, 9, 0}},
                              {Vec3{8, 0.1, gap}, {0, 0, 0}, {9, 0, 0}, {0, 9, 0}}};
-    EXPECT_FALSE(point_meets_triangle(slides, tolerance)) << gap;
+    EXPECT_FALSE(point_meets_triangle(slides, touch_tolerance)) << gap;
     const SweptPoints along{{Vec3{-9, 0, gap}, {-8, 0, gap}, {0, 0, 0}, {1, 0, 0}},
                             {Vec3{9, 0, gap}, {10, 0, gap}, {0, 0, 0}, {1, 0, 0}}};
-    EXPECT_FALSE(edge_meets_edge(along, tolerance)) << gap;
+    EXPECT_FALSE(edge_meets_edge(along, touch_tolerance)) << gap;
   }
 }
 

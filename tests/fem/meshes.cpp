@@ -58,12 +58,6 @@ TetMesh unit_tet_mesh(double size) {
   return {{{0.0, 0.0, 0.0}, {size, 0.0, 0.0}, {0.0, size, 0.0}, {0.0, 0.0, size}}, {{0, 1, 2, 3}}};
 }
 
-Bodies single_body(const TetMesh& mesh) {
-  Bodies bodies;
-  bodies.add("body", mesh);
-  return bodies;
-}
-
 std::vector<std::uint8_t> select(const Bodies& bodies, const std::function<bool(const Vec3&)>& where) {
   std::vector<std::uint8_t> chosen;
   for (const Vec3& p : bodies.points_rest()) chosen.push_back(where(p) ? 1 : 0);
@@ -206,6 +200,43 @@ Eigen::MatrixXd dense_stiffness(const Elements& elements, std::size_t point_coun
     }
   }
   return k;
+}
+
+Vec3 momentum(const Dynamics& dynamics) {
+  Vec3 sum;
+  for (std::size_t i = 0; i < dynamics.positions().size(); ++i) {
+    sum += dynamics.point_masses()[i] * dynamics.velocities()[i];
+  }
+  return sum;
+}
+
+std::vector<float> random_floats(std::size_t count, unsigned seed, float low) {
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<float> uniform(low, 1.0F);
+  std::vector<float> values(count);
+  for (float& value : values) value = uniform(random);
+  return values;
+}
+
+double total_energy(const Elements& elements, std::span<const Vec3> positions) {
+  double sum = 0.0;
+  for (Index e = 0; e < elements.size(); ++e) sum += elements.energy(e, positions);
+  return sum;
+}
+
+double zero_of(const std::function<double(double)>& f, double low, double high) {
+  for (int n = 0; n < 200; ++n) {
+    const double middle = 0.5 * (low + high);
+    (f(middle) > 0.0 ? high : low) = middle;
+  }
+  return 0.5 * (low + high);
+}
+
+int inverted_tets(const Bodies& bodies, std::span<const Vec3> positions) {
+  return static_cast<int>(std::ranges::count_if(bodies.tets(), [&](const Tet& t) {
+    const Vec3& a = at(positions, t[0]);
+    return !(dot(at(positions, t[1]) - a, cross(at(positions, t[2]) - a, at(positions, t[3]) - a)) > 0.0);
+  }));
 }
 
 }  // namespace palpate::fem::test

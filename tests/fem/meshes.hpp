@@ -12,6 +12,8 @@
 
 #include "fem/dynamics.hpp"
 #include "fem/matrix.hpp"
+#include "parallel/threads.hpp"
+#include "support/meshes.hpp"
 
 /// Small meshes and conversions for the tests of the dynamics, independent of the generators that ship.
 namespace palpate::fem::test {
@@ -23,8 +25,7 @@ TetMesh irregular_box_mesh(const std::array<int, 3>& cells, const Vec3& size, do
 /// One tet with corners at the origin and at distance `size` along the axes.
 TetMesh unit_tet_mesh(double size = 1.0);
 
-/// A single body called "body".
-Bodies single_body(const TetMesh& mesh);
+using palpate::test::single_body;
 /// One byte a point: 1 where the rest position fulfils `where`.
 std::vector<std::uint8_t> select(const Bodies& bodies, const std::function<bool(const Vec3&)>& where);
 /// Whether a point of a box from the origin to `size` is on its surface.
@@ -35,6 +36,8 @@ std::vector<Vec3> mapped(const Bodies& bodies, const std::function<Vec3(const Ve
 /// Positions at rest plus uniform noise of up to `amplitude` an axis.
 std::vector<Vec3> noisy(const Bodies& bodies, double amplitude, unsigned seed);
 std::vector<Vec3> random_vectors(std::size_t count, double amplitude, unsigned seed);
+/// Uniform between `low` and 1.
+std::vector<float> random_floats(std::size_t count, unsigned seed, float low = -1.0F);
 
 Vec3 random_vector(std::mt19937_64& random, double amplitude);
 /// A uniformly distributed rotation, made by Eigen.
@@ -55,6 +58,14 @@ double largest(std::span<const Vec3> values);
 double largest_distance(std::span<const Vec3> a, std::span<const Vec3> b);
 Vec3 total(std::span<const Vec3> values);
 
+/// m/s^2.
+inline constexpr Vec3 standard_gravity{0.0, 0.0, -9.81};
+
+/// For what takes threads and needs none.
+inline const parallel::Threads one_thread(1);
+
+Vec3 momentum(const Dynamics& dynamics);
+
 /// Elastic forces per point as of elements.update().
 std::vector<Vec3> point_forces(const Elements& elements);
 
@@ -69,6 +80,14 @@ struct Scene {
 /// Steps of huge length with the velocities cleared in between: Newton's method for the static equilibrium.
 void settle(Dynamics& dynamics, std::span<const Vec3> forces, int steps, double tolerance = 1e-12,
             int max_iterations = 20000);
+
+/// Elastic energy of all elements at these positions, J.
+double total_energy(const Elements& elements, std::span<const Vec3> positions);
+/// How many tets are inverted or flat at these positions.
+int inverted_tets(const Bodies& bodies, std::span<const Vec3> positions);
+
+/// Where a growing function is zero, by bisection.
+double zero_of(const std::function<double(double)>& f, double low, double high);
 
 /// All stiffness blocks of elements scattered into one matrix.
 Eigen::MatrixXd dense_stiffness(const Elements& elements, std::size_t point_count);

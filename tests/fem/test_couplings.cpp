@@ -6,8 +6,6 @@
 namespace palpate::fem::test {
 namespace {
 
-constexpr Vec3 gravity{0.0, 0.0, -9.81};
-
 /// Two tets, the first point of the second opposite a face of the first, as in a contact.
 Bodies two_tets() {
   Bodies bodies;
@@ -26,14 +24,6 @@ Coupling contact() {
   c.stiffness = {0.0, 0.0, 5e3, 0.0, 0.0, 0.0};
   c.damping = {1.0, 1.0, 7.0, 0.0, 0.0, 0.0};
   return c;
-}
-
-Vec3 momentum(const Dynamics& dynamics) {
-  Vec3 sum;
-  for (std::size_t i = 0; i < dynamics.positions().size(); ++i) {
-    sum += dynamics.point_masses()[i] * dynamics.velocities()[i];
-  }
-  return sum;
 }
 
 TEST(Coupling, ForcesOnAllPointsSumToZero) {
@@ -100,7 +90,7 @@ TEST(Coupling, AWeightOnASpringFindsForceOverStiffness) {
       c.damping = {0.5, 0.5, 0.5, 0.0, 0.0, 0.0};
       springs.push_back(c);
     }
-    ASSERT_TRUE(dynamics.step(0.01, gravity, {}, springs, 1e-10, 500).converged);
+    ASSERT_TRUE(dynamics.step(0.01, standard_gravity, {}, springs, 1e-10, 500).converged);
   }
   const double weight = 1000.0 * 1e-3 / 6.0 * 9.81;
   EXPECT_NEAR(anchor.z - dynamics.positions()[0].z, weight / (4.0 * k), 1e-10);
@@ -142,7 +132,7 @@ TEST(Coupling, ToAFixedPointDoesNotMoveIt) {
   const Material undamped{1e5, 0.3, 1000.0, 0.0, 0.0};
   Dynamics dynamics = Scene{undamped, fixed, 1}.dynamics(bodies);
   const std::vector<Coupling> couplings{contact()};
-  for (int i = 0; i < 10; ++i) dynamics.step(0.01, gravity, {}, couplings, 1e-10, 200);
+  for (int i = 0; i < 10; ++i) dynamics.step(0.01, standard_gravity, {}, couplings, 1e-10, 200);
   for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(dynamics.positions()[i], bodies.points_rest()[i]);
   EXPECT_NE(dynamics.positions()[4], bodies.points_rest()[4]);
 }

@@ -8,16 +8,6 @@
 namespace palpate::fem::test {
 namespace {
 
-constexpr Vec3 gravity{0.0, 0.0, -9.81};
-
-Vec3 momentum(const Dynamics& dynamics) {
-  Vec3 sum;
-  for (std::size_t i = 0; i < dynamics.positions().size(); ++i) {
-    sum += dynamics.point_masses()[i] * dynamics.velocities()[i];
-  }
-  return sum;
-}
-
 /// Largest difference between the edge lengths now and at rest, as a fraction of the length at rest.
 double edge_strain(const Bodies& bodies, std::span<const Vec3> positions) {
   double most = 0.0;
@@ -54,9 +44,9 @@ TEST(Dynamics, FreeFallIsExactForAllPointsAlike) {
   Dynamics dynamics = Scene{{1e5, 0.4, 1000.0, 0.0, 0.0}, {}, 1}.dynamics(bodies);
   constexpr double h = 0.01;
   for (int n = 1; n <= 100; ++n) {
-    dynamics.step(h, gravity, {}, {}, 1e-4, 500);  // exact at a loose tolerance too
+    dynamics.step(h, standard_gravity, {}, {}, 1e-4, 500);  // exact at a loose tolerance too
     const auto expected =
-        mapped(bodies, [&](const Vec3& p) { return p + (0.5 * n * (n + 1) * h * h) * gravity; });
+        mapped(bodies, [&](const Vec3& p) { return p + (0.5 * n * (n + 1) * h * h) * standard_gravity; });
     ASSERT_LT(largest_distance(dynamics.positions(), expected), 1e-13 * n) << "step " << n;
   }
   EXPECT_NEAR(dynamics.velocities()[7].z, -9.81, 1e-12);
@@ -69,7 +59,7 @@ TEST(Dynamics, MassDampingSlowsAFallAsImplicitEulerDoes) {
   Dynamics dynamics = Scene{{1e5, 0.4, 1000.0, 3.0, 0.02}, {}, 1}.dynamics(bodies);
   double v = 0.0;
   for (int n = 0; n < 50; ++n) {
-    dynamics.step(0.02, gravity, {}, {}, 1e-12, 500);
+    dynamics.step(0.02, standard_gravity, {}, {}, 1e-12, 500);
     v = (v - 0.02 * 9.81) / (1.0 + 0.02 * 3.0);
   }
   for (const Vec3& velocity : dynamics.velocities()) EXPECT_NEAR(velocity.z, v, 1e-12);
@@ -87,7 +77,7 @@ TEST(Dynamics, StepSolvesTheEquationThatItStates) {
   dynamics.set_velocities(random_vectors(start.size(), 1.0, 42));
   const auto external = random_vectors(start.size(), 0.3, 43);
   const std::vector<Vec3> before(dynamics.velocities().begin(), dynamics.velocities().end());
-  ASSERT_TRUE(dynamics.step(h, gravity, external, {}, 1e-14, 1000).converged);
+  ASSERT_TRUE(dynamics.step(h, standard_gravity, external, {}, 1e-14, 1000).converged);
 
   Elements elements(bodies, std::vector<Material>(1, material), std::vector<std::uint8_t>(1, 0));
   elements.update(parallel::Threads(1), start);
@@ -98,7 +88,7 @@ TEST(Dynamics, StepSolvesTheEquationThatItStates) {
   const Eigen::MatrixXd m = masses.asDiagonal();
   const Eigen::MatrixXd c = material.mass_damping * m + material.stiffness_damping * k;
   Eigen::VectorXd force = to_eigen(point_forces(elements)) + to_eigen(external);
-  for (Eigen::Index i = 2; i < n; i += 3) force[i] += masses[i] * gravity.z;
+  for (Eigen::Index i = 2; i < n; i += 3) force[i] += masses[i] * standard_gravity.z;
   Eigen::MatrixXd a = m + h * c + h * h * k;
   const Eigen::VectorXd v = to_eigen(before);
   Eigen::VectorXd b = h * (force - c * v - h * (k * v));
@@ -124,7 +114,7 @@ TEST(Dynamics, FixedObstacleAndLonelyPointsNeverMove) {
                     std::vector<std::uint8_t>{0, 1}, parallel::Threads(1));
   dynamics.set_velocities(random_vectors(fixed.size(), 1.0, 44));
   const std::vector<Vec3> pull(fixed.size(), {1.0, 2.0, 3.0});
-  for (int i = 0; i < 30; ++i) dynamics.step(0.01, gravity, pull, {}, 1e-8, 200);
+  for (int i = 0; i < 30; ++i) dynamics.step(0.01, standard_gravity, pull, {}, 1e-8, 200);
   const Index lonely = 64;
   ASSERT_EQ(dynamics.point_masses()[64], 0.0);
   for (Index i = 0; i < static_cast<Index>(fixed.size()); ++i) {
@@ -240,7 +230,7 @@ TEST(Dynamics, KeepsEachBodysOwnMaterial) {
   materials[1].young_modulus = 1e7;
   Dynamics dynamics(bodies, materials, fixed, std::vector<std::uint8_t>(2, 0), parallel::Threads(1));
   std::vector<Vec3> weight;
-  for (const double mass : dynamics.point_masses()) weight.push_back(mass * gravity);
+  for (const double mass : dynamics.point_masses()) weight.push_back(mass * standard_gravity);
   settle(dynamics, weight, 3);
   const double soft_sag = -dynamics.positions()[4].z;
   const double hard_sag = -dynamics.positions()[27 + 4].z;
@@ -263,7 +253,7 @@ TEST(Dynamics, GivesTheSameBitsForEveryThreadCount) {
       at(couplings, c).stiffness = {30.0, 20.0, 10.0, 1.0, 2.0, 3.0};
       at(couplings, c).damping = {0.3, 0.2, 0.1, 0.0, 0.0, 0.0};
     }
-    for (int i = 0; i < 4; ++i) dynamics.step(0.01, gravity, {}, couplings, 1e-5, 60);
+    for (int i = 0; i < 4; ++i) dynamics.step(0.01, standard_gravity, {}, couplings, 1e-5, 60);
     std::vector<Vec3> state(dynamics.positions().begin(), dynamics.positions().end());
     state.insert(state.end(), dynamics.velocities().begin(), dynamics.velocities().end());
     state.push_back({dynamics.kinetic_energy(), dynamics.elastic_energy(), 0.0});

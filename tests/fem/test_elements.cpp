@@ -14,7 +14,6 @@ namespace palpate::fem::test {
 namespace {
 
 const Material soft{2e4, 0.35, 1000.0, 0.0, 0.0};
-const parallel::Threads one_thread(1);
 
 Elements elements_of(const Bodies& bodies, const Material& material = soft) {
   const auto count = static_cast<std::size_t>(bodies.body_count());
@@ -27,12 +26,6 @@ std::vector<Bodies> several_meshes() {
   meshes.push_back(single_body(box_mesh({3, 2, 1}, {0.3, 0.2, 0.1})));
   meshes.push_back(single_body(irregular_box_mesh({4, 4, 4}, {1.0, 2.0, 0.5}, 0.2)));
   return meshes;
-}
-
-double total_energy(const Elements& elements, std::span<const Vec3> positions) {
-  double sum = 0.0;
-  for (Index e = 0; e < elements.size(); ++e) sum += elements.energy(e, positions);
-  return sum;
 }
 
 TEST(Elements, HaveExactlyNoForceAtRest) {

@@ -10,13 +10,6 @@
 namespace palpate::fem::test {
 namespace {
 
-int inverted_tets(const Bodies& bodies, std::span<const Vec3> positions) {
-  return static_cast<int>(std::ranges::count_if(bodies.tets(), [&](const Tet& t) {
-    const Vec3& a = at(positions, t[0]);
-    return !(dot(at(positions, t[1]) - a, cross(at(positions, t[2]) - a, at(positions, t[3]) - a)) > 0.0);
-  }));
-}
-
 struct Start {
   std::string name;
   std::vector<Vec3> positions;
@@ -90,13 +83,6 @@ TEST(Inversion, HeldBodiesComeBackWithinSixSeconds) {
 TEST(Inversion, SmallStepsComeBackInTheSameTime) {
   const Bodies ball = single_body(palpate::test::ball_mesh(3, {0.0, 0.0, 0.0}, 0.15));
   expect_return(ball, {tissue(0.49), {}, 1}, 0.002, 4.0, 6);
-}
-
-Vec3 momentum(const Dynamics& dynamics) {
-  Vec3 sum;
-  for (std::size_t i = 0; i < dynamics.positions().size(); ++i)
-    sum += dynamics.point_masses()[i] * dynamics.velocities()[i];
-  return sum;
 }
 
 TEST(Inversion, KeepsMomentum) {

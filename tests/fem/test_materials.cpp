@@ -185,14 +185,6 @@ double nominal(const Material& m, const std::array<double, 3>& s, std::size_t i)
          lambda * (j - alpha) * j / s[i];
 }
 
-double zero_of(const std::function<double(double)>& f, double low, double high) {
-  for (int n = 0; n < 200; ++n) {
-    const double middle = 0.5 * (low + high);
-    (f(middle) > 0.0 ? high : low) = middle;
-  }
-  return 0.5 * (low + high);
-}
-
 TEST(MaterialClosedForm, UniaxialEquibiaxialShearAndVolumetric) {
   for (const Material& m : isotropic()) {
     const auto cauchy = [&](const Matrix3& f) {

@@ -11,8 +11,6 @@
 namespace palpate::fem::test {
 namespace {
 
-const parallel::Threads one_thread(1);
-
 /// A system with three nodes or more on its first level.
 BlockRows<3, 3> random_matrix(std::vector<Node>& nodes) {
   const Bodies bodies = single_body(irregular_box_mesh({5, 4, 4}, {0.5, 0.4, 0.4}, 0.2));

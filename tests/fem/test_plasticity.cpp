@@ -15,20 +15,12 @@
 namespace palpate::fem::test {
 namespace {
 
-const parallel::Threads one_thread(1);
-
 Material plastic_material(double yield, double creep, std::optional<double> maximum = {}) {
   return {.young_modulus = 2e4,
           .poisson_ratio = 0.3,
           .plastic_yield = yield,
           .plastic_creep = creep,
           .plastic_maximum = maximum};
-}
-
-double total_energy(const Elements& elements, std::span<const Vec3> positions) {
-  double sum = 0.0;
-  for (Index e = 0; e < elements.size(); ++e) sum += elements.energy(e, positions);
-  return sum;
 }
 
 std::vector<SymmetricMatrix3> random_strains(std::size_t count, double size, unsigned seed) {

@@ -17,8 +17,6 @@
 namespace palpate::fem::test {
 namespace {
 
-const parallel::Threads one_thread(1);
-
 /// The bytes of all results of a kernel.
 class Bytes {
  public:

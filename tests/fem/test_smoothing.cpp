@@ -49,13 +49,6 @@ struct Box {
   Elements elements;
 };
 
-Vec3 momentum(const Dynamics& dynamics) {
-  Vec3 sum;
-  for (std::size_t i = 0; i < dynamics.positions().size(); ++i)
-    sum += dynamics.point_masses()[i] * dynamics.velocities()[i];
-  return sum;
-}
-
 /// K at rest from the definition: a B matrix of six strains per edge, point and patch, the mean of those of
 /// the tets there, with 2 mu eps : eps of edges, lambda tr^2 of points with lambda up to 4 mu, and of patches
 /// with the rest.

@@ -14,15 +14,15 @@ namespace {
 
 const Material rubber{.young_modulus = 1e5, .poisson_ratio = 0.3};
 
-Eigen::Matrix3d to_eigen(const SymmetricTensor& a) {
+Eigen::Matrix3d tensor_to_eigen(const SymmetricTensor& a) {
   return test::to_eigen(to_matrix(a));
 }
 Eigen::Matrix3d to_eigen_rows(const Tensor& rows) {
   return test::to_eigen(Matrix3{rows});
 }
 
-struct Lame {
-  explicit Lame(const Material& m)
+struct LameInDouble {
+  explicit LameInDouble(const Material& m)
       : mu(m.young_modulus / (2.0 * (1.0 + m.poisson_ratio))),
         lambda(m.young_modulus * m.poisson_ratio /
                ((1.0 + m.poisson_ratio) * (1.0 - 2.0 * m.poisson_ratio))) {}
@@ -33,7 +33,7 @@ struct Lame {
 /// The corotational Cauchy stress of F = Q U with U symmetric and positive, by the polar decomposition of
 /// Eigen.
 Eigen::Matrix3d stress_by_hand(const Eigen::Matrix3d& f, const Material& material) {
-  const Lame lame(material);
+  const LameInDouble lame(material);
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(f, Eigen::ComputeFullU | Eigen::ComputeFullV);
   const Eigen::Matrix3d q = svd.matrixU() * svd.matrixV().transpose();
   const Eigen::Matrix3d e = q.transpose() * f - Eigen::Matrix3d::Identity();
@@ -96,13 +96,14 @@ TEST(StressPatchTest, IsUniformInAnyMesh) {
     const TissueState state = tissue(bodies, dynamics, dynamics.positions());
     const Eigen::Matrix3d stress = stress_by_hand(f, rubber);
     for (std::size_t t = 0; t < state.size(); ++t)
-      ASSERT_LT((to_eigen(state.stress[t]) - stress).norm(), 1e-10 * stress.norm()) << "tet " << t;
+      ASSERT_LT((tensor_to_eigen(state.stress[t]) - stress).norm(), 1e-10 * stress.norm()) << "tet " << t;
     const Materials materials{rubber};
     const TissueState at_points =
         tissue_of_points(parallel::Threads(2), bodies, dynamics.elements(), materials, state);
     ASSERT_EQ(at_points.size(), bodies.points_rest().size());
     for (std::size_t p = 0; p < at_points.size(); ++p)
-      ASSERT_LT((to_eigen(at_points.stress[p]) - stress).norm(), 1e-10 * stress.norm()) << "point " << p;
+      ASSERT_LT((tensor_to_eigen(at_points.stress[p]) - stress).norm(), 1e-10 * stress.norm())
+          << "point " << p;
   }
 }
 
@@ -130,7 +131,7 @@ TEST(StressUniaxial, FollowsTheCorotationalLawWithFreeSides) {
   for (std::size_t t = 0; t < s.size(); ++t) {
     Eigen::Matrix3d expected = Eigen::Matrix3d::Zero();
     expected(0, 0) = stress;
-    ASSERT_LT((to_eigen(s.stress[t]) - expected).norm(), 1e-8 * stress) << "tet " << t;
+    ASSERT_LT((tensor_to_eigen(s.stress[t]) - expected).norm(), 1e-8 * stress) << "tet " << t;
     EXPECT_NEAR(s.von_mises[t], stress, 1e-8 * stress);
     EXPECT_NEAR(s.pressure[t], -stress / 3.0, 1e-8 * stress);
     EXPECT_NEAR(s.principal_stress[t].x, stress, 1e-8 * stress);

@@ -17,8 +17,6 @@
 namespace palpate::fem::test {
 namespace {
 
-const parallel::Threads one_thread(1);
-
 /// Healthy, strongly strained, flat, inverted and collapsed elements side by side. Their number is no
 /// multiple of the lanes of any target.
 struct ElementCase {
@@ -189,14 +187,6 @@ TEST(SimdTargets, StiffnessPassEqualsTheBlocks) {
       ASSERT_LT(length(found - expected[i]), 1e-12 * size[i]) << target;
     }
   });
-}
-
-std::vector<float> random_floats(std::size_t count, unsigned seed, float low = -1.0F) {
-  std::mt19937_64 random(seed);
-  std::uniform_real_distribution<float> uniform(low, 1.0F);
-  std::vector<float> values(count);
-  for (float& value : values) value = uniform(random);
-  return values;
 }
 
 std::vector<simd::Quad> random_quads(std::size_t count, unsigned seed) {

@@ -16,14 +16,6 @@
 namespace palpate::fem::test {
 namespace {
 
-std::vector<float> random_floats(std::size_t count, unsigned seed) {
-  std::mt19937_64 random(seed);
-  std::uniform_real_distribution<float> uniform(-1.0F, 1.0F);
-  std::vector<float> values(count);
-  for (float& value : values) value = uniform(random);
-  return values;
-}
-
 void expect_near(std::span<const float> found, std::span<const float> expected, const char* target) {
   ASSERT_EQ(found.size(), expected.size());
   double size = 0.0;

@@ -13,12 +13,12 @@
 namespace palpate::fem::test {
 namespace {
 
-Material tissue(double nu, MaterialModel model = MaterialModel::stable_neo_hookean) {
+Material tissue_of(double nu, MaterialModel model = MaterialModel::stable_neo_hookean) {
   return {.young_modulus = 2e4, .poisson_ratio = nu, .stiffness_damping = 0.002, .model = model};
 }
 
 /// Nominal stress on axis i of diag(s), of the stable neo-Hookean law as its paper writes it.
-double nominal(const Material& m, const std::array<double, 3>& s, std::size_t i) {
+double neo_hookean_nominal(const Material& m, const std::array<double, 3>& s, std::size_t i) {
   const double shear = m.young_modulus / (2.0 * (1.0 + m.poisson_ratio));
   const double first_lame =
       m.young_modulus * m.poisson_ratio / ((1.0 + m.poisson_ratio) * (1.0 - 2.0 * m.poisson_ratio));
@@ -30,17 +30,9 @@ double nominal(const Material& m, const std::array<double, 3>& s, std::size_t i)
   return mu * s[i] * (1.0 - 1.0 / (sum + 1.0)) + lambda * (j - alpha) * j / s[i];
 }
 
-double zero_of(const std::function<double(double)>& f, double low, double high) {
-  for (int n = 0; n < 100; ++n) {
-    const double middle = 0.5 * (low + high);
-    (f(middle) > 0.0 ? high : low) = middle;
-  }
-  return 0.5 * (low + high);
-}
-
 /// Lateral stretch without lateral stress.
 double side_of(const Material& m, double along) {
-  return zero_of([&](double t) { return nominal(m, {along, t, t}, 1); }, 0.1, 3.0);
+  return zero_of([&](double t) { return neo_hookean_nominal(m, {along, t, t}, 1); }, 0.1, 3.0);
 }
 
 constexpr Vec3 box{1.0, 0.75, 0.375};  // cells of exact size
@@ -86,12 +78,13 @@ void settle_tissue(Dynamics& dynamics, std::span<const Vec3> forces) {
 
 TEST(MaterialStatics, UniaxialStretchOfABoxIsThatOfTheClosedForm) {
   for (const double nu : {0.0, 0.45}) {
-    Material m = tissue(nu);
+    Material m = tissue_of(nu);
     m.stiffness_damping = 0.0;
     for (const double along : {1.1, 1.6}) {
       const double side = side_of(m, along);
       UniformBox uniform(m, along, side);
-      settle_tissue(*uniform.dynamics, pull_on_end(uniform.bodies, nominal(m, {along, side, side}, 0)));
+      settle_tissue(*uniform.dynamics,
+                    pull_on_end(uniform.bodies, neo_hookean_nominal(m, {along, side, side}, 0)));
       EXPECT_LT(uniform.error(), 1e-6) << nu << ", " << along;
     }
   }
@@ -99,13 +92,14 @@ TEST(MaterialStatics, UniaxialStretchOfABoxIsThatOfTheClosedForm) {
 
 /// Active fibres shorten a free box until its stress carries their tension.
 TEST(FibreStatics, AMuscleShortensAsTheClosedFormSays) {
-  Material m = tissue(0.45);
+  Material m = tissue_of(0.45);
   m.stiffness_damping = 0.0;
   m.fibres = Fibres{.direction = {2.0, 0.0, 0.0}, .stiffness = 1e4, .exponent = 1.0, .active_stress = 1e4};
   for (const double activation : {0.3, 1.0}) {
     const double tension = 1e4 * activation;
     const auto stress = [&](double s) {
-      return nominal(m, {s, side_of(m, s), side_of(m, s)}, 0) + tension * s / std::sqrt(s * s + 1e-6);
+      return neo_hookean_nominal(m, {s, side_of(m, s), side_of(m, s)}, 0) +
+             tension * s / std::sqrt(s * s + 1e-6);
     };
     const double along = zero_of(stress, 0.2, 1.0);
     UniformBox muscle(m, along, side_of(m, along));
@@ -120,7 +114,7 @@ TEST(FibreStatics, AMuscleShortensAsTheClosedFormSays) {
 /// misses.
 TEST(MaterialSteps, EndAtTheSolutionOfTheNonlinearProblem) {
   const Bodies bodies = single_body(irregular_box_mesh({4, 3, 3}, box, 0.2));
-  Material m = tissue(0.45);
+  Material m = tissue_of(0.45);
   m.stiffness_damping = 0.0;
   const auto held = select(bodies, [](const Vec3& p) { return p.x == 0.0; });
   constexpr double h = 0.05;
@@ -159,8 +153,8 @@ struct MixedBodies {
   MixedBodies() {
     bodies.add("soft", irregular_box_mesh({4, 3, 3}, box, 0.2));
     bodies.add("plain", irregular_box_mesh({3, 3, 3}, box, 0.2));
-    materials.all = {tissue(0.45), tissue(0.3, MaterialModel::corotational),
-                     tissue(0.4, MaterialModel::mooney_rivlin)};
+    materials.all = {tissue_of(0.45), tissue_of(0.3, MaterialModel::corotational),
+                     tissue_of(0.4, MaterialModel::mooney_rivlin)};
     materials.all[0].fibres =
         Fibres{.direction = {1.0, 1.0, 0.0}, .stiffness = 5e3, .exponent = 1.0, .active_stress = 2e3};
     for (Index t = 0; t < static_cast<Index>(bodies.tets().size()); ++t) {
@@ -224,13 +218,6 @@ TEST(MaterialTargets, HaveTheSameBits) {
   for (const auto& end : ends) EXPECT_EQ(end, ends.front());
 }
 
-int inverted_tets(const Bodies& bodies, std::span<const Vec3> positions) {
-  return static_cast<int>(std::ranges::count_if(bodies.tets(), [&](const Tet& t) {
-    const Vec3& a = at(positions, t[0]);
-    return !(dot(at(positions, t[1]) - a, cross(at(positions, t[2]) - a, at(positions, t[3]) - a)) > 0.0);
-  }));
-}
-
 /// Random permutations of all points with a large nu do not recover (docs/materials.md).
 TEST(MaterialInversion, NoisyFlatAndInsideOutBodiesComeBack) {
   const Bodies ball = single_body(palpate::test::ball_mesh(4, {0.0, 0.0, 0.0}, 0.15));
@@ -246,7 +233,7 @@ TEST(MaterialInversion, NoisyFlatAndInsideOutBodiesComeBack) {
   for (const MaterialModel model : {MaterialModel::stable_neo_hookean, MaterialModel::mooney_rivlin}) {
     for (const double nu : {0.3, 0.45}) {
       for (std::size_t s = 0; s < starts.size(); ++s) {
-        Dynamics dynamics = Scene{tissue(nu, model), {}, 1}.dynamics(ball);
+        Dynamics dynamics = Scene{tissue_of(nu, model), {}, 1}.dynamics(ball);
         dynamics.set_positions(starts[s]);
         int n = 0;
         while (n < 100 && (n < 10 || inverted_tets(ball, dynamics.positions()) > 0)) {
@@ -293,7 +280,7 @@ TEST(MaterialSteps, KeepMomentumAndTheBitsOfEveryThreadCount) {
 TEST(MaterialSteps, AtRestWithoutLoadsTheyConverge) {
   const Bodies bodies = single_body(irregular_box_mesh({3, 3, 3}, box, 0.2));
   for (const ElementKind elements : {ElementKind::linear, ElementKind::smoothed}) {
-    Material m = tissue(0.45);
+    Material m = tissue_of(0.45);
     m.elements = elements;
     Dynamics dynamics = Scene{m, {}, 1}.dynamics(bodies);
     for (int n = 0; n < 3; ++n) EXPECT_TRUE(dynamics.step(0.01, {}, {}, {}, 1e-4, 300).converged);
@@ -305,8 +292,8 @@ TEST(MaterialSteps, AtRestWithoutLoadsTheyConverge) {
 TEST(MaterialSteps, GoOnFromASavedState) {
   const Bodies bodies = single_body(irregular_box_mesh({4, 3, 3}, box, 0.2));
   const auto held = select(bodies, [](const Vec3& p) { return p.x == 0.0; });
-  Dynamics whole = Scene{tissue(0.45), held, 1}.dynamics(bodies);
-  Dynamics resumed = Scene{tissue(0.45), held, 1}.dynamics(bodies);
+  Dynamics whole = Scene{tissue_of(0.45), held, 1}.dynamics(bodies);
+  Dynamics resumed = Scene{tissue_of(0.45), held, 1}.dynamics(bodies);
   for (int n = 0; n < 10; ++n) {
     if (n == 5) resumed.set_state(whole.state());
     whole.step(0.02, {0.0, 0.0, -9.81}, {}, {}, 1e-5, 300);

@@ -15,7 +15,7 @@
 namespace palpate::fem::test {
 namespace {
 
-constexpr Vec3 box{1.0, 0.75, 0.375};
+constexpr Vec3 bar_size{1.0, 0.75, 0.375};
 const Viscosity three_terms{.fractions = {0.3, 0.2, 0.1}, .times = {0.02, 0.3, 5.0}};
 /// A law, and the elements that it is evaluated in.
 struct Kind {
@@ -59,7 +59,7 @@ double end_force(const Dynamics& dynamics, const Bodies& bodies) {
   dynamics.holding_forces({}, {}, forces);
   double sum = 0.0;
   for (std::size_t i = 0; i < forces.size(); ++i) {
-    if (bodies.points_rest()[i].x == box.x) sum += forces[i].x;
+    if (bodies.points_rest()[i].x == bar_size.x) sum += forces[i].x;
   }
   return sum;
 }
@@ -71,14 +71,14 @@ constexpr Vec3 hardly_any{0.0, 1e-6, 0.0};
 class HeldBar {
  public:
   explicit HeldBar(const Material& m)
-      : bodies_(single_body(irregular_box_mesh({4, 3, 3}, box, 0.2))),
+      : bodies_(single_body(irregular_box_mesh({4, 3, 3}, bar_size, 0.2))),
         material_(m),
-        dynamics_(
-            Scene{m, select(bodies_, [](const Vec3& p) { return p.x == 0.0 || p.x == box.x; }), 1}.dynamics(
-                bodies_)) {
-    Dynamics elastic = Scene{without_viscosity(m),
-                             select(bodies_, [](const Vec3& p) { return p.x == 0.0 || p.x == box.x; }), 1}
-                           .dynamics(bodies_);
+        dynamics_(Scene{m, select(bodies_, [](const Vec3& p) { return p.x == 0.0 || p.x == bar_size.x; }), 1}
+                      .dynamics(bodies_)) {
+    Dynamics elastic =
+        Scene{without_viscosity(m),
+              select(bodies_, [](const Vec3& p) { return p.x == 0.0 || p.x == bar_size.x; }), 1}
+            .dynamics(bodies_);
     elastic.set_positions(mapped(bodies_, [](const Vec3& p) { return Vec3{1.2 * p.x, p.y, p.z}; }));
     settle(elastic, {}, 12);
     elastic.find_constrained_elements();
@@ -207,7 +207,7 @@ Elements remembering(const Bodies& bodies, const Material& m, unsigned seed) {
 }
 
 TEST(ViscousElement, ForcesTurnWithTheBodyAndHaveNoTorque) {
-  const Bodies bodies = single_body(irregular_box_mesh({3, 3, 2}, box, 0.2));
+  const Bodies bodies = single_body(irregular_box_mesh({3, 3, 2}, bar_size, 0.2));
   std::mt19937_64 random(4);
   const Matrix3 rotation = random_rotation(random);
   for (const Kind& kind : kinds) {
@@ -235,7 +235,7 @@ TEST(ViscousElement, ForcesTurnWithTheBodyAndHaveNoTorque) {
 }
 
 TEST(ViscousElement, ForcesAreTheDerivativeOfTheEnergyOfTheStep) {
-  const Bodies bodies = single_body(irregular_box_mesh({2, 2, 2}, box, 0.2));
+  const Bodies bodies = single_body(irregular_box_mesh({2, 2, 2}, bar_size, 0.2));
   const auto direction = random_vectors(bodies.points_rest().size(), 1.0, 7);
   for (const Kind& kind : kinds) {
     Elements elements = remembering(bodies, tissue(kind), 30);
@@ -300,9 +300,9 @@ TEST(Prony, TheEnergyOfAFreeVibrationNeverGrows) {
 
 /// The tangent ignores the history: Newton's method converges linearly, and slower for larger strain.
 TEST(Prony, StepsThatStretchFarConverge) {
-  const Bodies bodies = single_body(irregular_box_mesh({4, 3, 3}, box, 0.2));
+  const Bodies bodies = single_body(irregular_box_mesh({4, 3, 3}, bar_size, 0.2));
   for (const Kind& kind : std::span(kinds).subspan(1)) {
-    const auto ends = select(bodies, [](const Vec3& p) { return p.x == box.x; });
+    const auto ends = select(bodies, [](const Vec3& p) { return p.x == bar_size.x; });
     Dynamics dynamics = Scene{tissue(kind, {.fractions = {0.8}, .times = {0.3}}),
                               select(bodies, [](const Vec3& p) { return p.x == 0.0; }), 1}
                             .dynamics(bodies);
@@ -317,7 +317,7 @@ TEST(Prony, StepsThatStretchFarConverge) {
       } while (++solves < 30 && dynamics.relinearise_tissue(1e-6));
       EXPECT_LT(solves, 10);
       dynamics.end_step();
-      for (const Vec3& p : dynamics.positions()) stretch = std::max(stretch, p.x / box.x);
+      for (const Vec3& p : dynamics.positions()) stretch = std::max(stretch, p.x / bar_size.x);
     }
     EXPECT_GT(stretch, 1.4);
   }
@@ -343,7 +343,7 @@ void expect_prompt_tension(const Bodies& bodies, Material m) {
 
 /// The tension of muscles at a fixed length acts at once and does not relax.
 TEST(Prony, ActivationOfFibresIsNotDelayed) {
-  const Bodies bodies = single_body(irregular_box_mesh({3, 2, 2}, box, 0.2));
+  const Bodies bodies = single_body(irregular_box_mesh({3, 2, 2}, bar_size, 0.2));
   for (const ElementKind elements : {ElementKind::linear, ElementKind::smoothed})
     expect_prompt_tension(bodies, tissue({MaterialModel::stable_neo_hookean, elements}));
 }
@@ -360,7 +360,7 @@ TEST(Prony, ABodyThatStartsInsideOutComesBack) {
 }
 
 TEST(Prony, TheThreadsDoNotChangeTheBits) {
-  const Bodies bodies = single_body(irregular_box_mesh({8, 6, 6}, box, 0.2));
+  const Bodies bodies = single_body(irregular_box_mesh({8, 6, 6}, bar_size, 0.2));
   for (const Kind& kind : kinds) {
     std::vector<DynamicsState> states;
     for (const int threads : {1, 3}) {
@@ -376,7 +376,7 @@ TEST(Prony, TheThreadsDoNotChangeTheBits) {
 }
 
 TEST(Prony, AStateIsTakenWhereItsLengthAndNumbersAreRight) {
-  const Bodies bodies = single_body(irregular_box_mesh({3, 2, 2}, box, 0.2));
+  const Bodies bodies = single_body(irregular_box_mesh({3, 2, 2}, bar_size, 0.2));
   Dynamics dynamics = Scene{tissue(MaterialModel::corotational), {}, 1}.dynamics(bodies);
   dynamics.set_positions(noisy(bodies, 0.02, 6));
   const auto step = [&] { dynamics.step(0.01, {}, {}, {}, 1e-8, 500); };

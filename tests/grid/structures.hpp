@@ -13,6 +13,10 @@
 
 namespace palpate::test {
 
+inline Cell random_cell(Random& random, const Cell& size) {
+  return {random.integer(0, size[0] - 1), random.integer(0, size[1] - 1), random.integer(0, size[2] - 1)};
+}
+
 /// The cells that each primitive covers, and the lattice they are cells of.
 struct Covered {
   Lattice lattice;

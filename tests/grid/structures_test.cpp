@@ -9,12 +9,9 @@ namespace {
 
 using test::Covered;
 using test::Random;
+using test::random_cell;
 
 constexpr int kinds = 11;
-
-Cell random_cell(Random& random, const Cell& size) {
-  return {random.integer(0, size[0] - 1), random.integer(0, size[1] - 1), random.integer(0, size[2] - 1)};
-}
 
 Cell moved(Cell cell, const Cell& by, const Cell& size) {
   for (std::size_t axis = 0; axis < 3; ++axis)

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "support/random.hpp"
+#include "grid/structures.hpp"
 
 namespace palpate {
 namespace {
@@ -19,10 +19,6 @@ std::uint64_t interleaved(const Cell& cell) {
   return index;
 }
 
-Cell random_cell(test::Random& random, const Cell& size) {
-  return {random.integer(0, size[0] - 1), random.integer(0, size[1] - 1), random.integer(0, size[2] - 1)};
-}
-
 TEST(ZOrder, InterleavesTwentyOneBitsAnAxis) {
   constexpr std::int32_t most = 1 << 21;
   const ZOrder z({most, most, most});
@@ -35,7 +31,7 @@ TEST(ZOrder, InterleavesTwentyOneBitsAnAxis) {
   EXPECT_EQ(z.index({most - 1, most - 1, most - 1}), (std::uint64_t{1} << 63) - 1);
   test::Random random(1);
   for (int n = 0; n < 20000; ++n) {
-    const Cell cell = random_cell(random, {most, most, most});
+    const Cell cell = test::random_cell(random, {most, most, most});
     ASSERT_EQ(z.index(cell), interleaved(cell)) << n;
     ASSERT_EQ(z.cell_of(z.index(cell)), cell) << n;
   }
@@ -52,7 +48,7 @@ TEST(ZOrder, IsOneToOneAndGrowsWithEachCoordinateForEverySize) {
     for (const std::int32_t s : size) cells *= s;
     EXPECT_LE(std::ldexp(1.0, z.bits()), 8.0 * cells);
     for (int n = 0; n < 200; ++n) {
-      const Cell cell = random_cell(random, size);
+      const Cell cell = test::random_cell(random, size);
       ASSERT_EQ(z.cell_of(z.index(cell)), cell);
       ASSERT_LT(z.index(cell), std::uint64_t{1} << z.bits());
       for (std::size_t axis = 0; axis < 3; ++axis) {

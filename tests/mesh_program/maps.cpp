@@ -5,6 +5,8 @@
 #include <cmath>
 #include <sstream>
 
+#include "geometry/vector.hpp"
+
 namespace palpate::test {
 namespace {
 
@@ -53,10 +55,6 @@ std::string decimals(const std::vector<double>& values) {
   text.precision(9);
   for (std::size_t i = 0; i < values.size(); ++i) text << (i == 0 ? "" : "\\") << values[i];
   return text.str();
-}
-
-double length(const Vec3& v) {
-  return std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z);
 }
 
 }  // namespace

@@ -15,25 +15,20 @@
 #include "scene/generators.hpp"
 #include "scene/held_parts.hpp"
 #include "scene/own_weight.hpp"
+#include "support/meshes.hpp"
 
 namespace palpate {
 namespace {
 
-Bodies body_of(const TetMesh& mesh) {
-  Bodies bodies;
-  bodies.add("body", mesh);
-  return bodies;
-}
-
 TEST(BallFromAbove, TouchesABoxInTheMiddleOfItsTop) {
-  const Vec3 place = place_of_touch(body_of(make_box({6, 5, 3}, {0.2, 0.1, 0.06})), 0.01);
+  const Vec3 place = place_of_touch(test::single_body(make_box({6, 5, 3}, {0.2, 0.1, 0.06})), 0.01);
   EXPECT_NEAR(place.x, 0.0, 1e-12);
   EXPECT_NEAR(place.y, 0.0, 1e-12);
   EXPECT_NEAR(place.z, 0.03 + 0.01, 1e-12);
 }
 
 TEST(BallFromAbove, TouchesABallAtItsPole) {
-  const Vec3 place = place_of_touch(body_of(make_ball(0.05, 6)), 0.02);
+  const Vec3 place = place_of_touch(test::single_body(make_ball(0.05, 6)), 0.02);
   EXPECT_NEAR(std::hypot(place.x, place.y), 0.0, 1e-12);
   EXPECT_NEAR(place.z, 0.05 + 0.02, 1e-12);  // the pole is a point of the mesh
 }
@@ -57,10 +52,10 @@ TEST(BallFromAbove, MeetsAFrameWhoseMiddleIsAHole) {
     for (const Index corner : tet) sum += at(frame.points, corner);
     return std::max(std::abs(sum.x), std::abs(sum.z)) < 4 * 0.05;
   });
-  const Vec3 upright = place_of_touch(body_of(frame), 0.02);
+  const Vec3 upright = place_of_touch(test::single_body(frame), 0.02);
   EXPECT_NEAR(upright.z, 0.15 + 0.02, 1e-12);
   for (Vec3& point : frame.points) point = {point.x, -point.z, point.y};
-  const Vec3 lying = place_of_touch(body_of(frame), 0.02);
+  const Vec3 lying = place_of_touch(test::single_body(frame), 0.02);
   const double to_rim = std::max(0.0, 0.05 - std::max(std::abs(lying.x), std::abs(lying.y)));
   EXPECT_LT(to_rim, 0.005) << "not in the hole";
   EXPECT_NEAR(lying.z, 0.05 + std::sqrt(0.02 * 0.02 - to_rim * to_rim), 1e-12) << "on the rim";
@@ -70,7 +65,7 @@ TEST(OwnWeight, AColumnSagsAsTheClosedFormSays) {
   // A column of height H without lateral strain sags by rho g (H z - z^2 / 2) / E at height z: in the root
   // mean square sqrt(2 / 15) rho g H^2 / E.
   const double height = 0.3;
-  const Bodies bodies = body_of(make_box({1, 1, 30}, {0.02, 0.02, height}));
+  const Bodies bodies = test::single_body(make_box({1, 1, 30}, {0.02, 0.02, height}));
   std::vector<std::uint8_t> fixed;
   for (const Vec3& point : bodies.points_rest()) fixed.push_back(point.z < -0.5 * height + 1e-9 ? 1 : 0);
   Material material{.young_modulus = 30e3, .poisson_ratio = 0.0, .density = 900.0};
@@ -92,7 +87,7 @@ TetMesh two_blocks() {
 }
 
 TEST(HeldParts, EachPieceIsHeldByItsLowestTenth) {
-  const Bodies bodies = body_of(two_blocks());
+  const Bodies bodies = test::single_body(two_blocks());
   const HeldParts parts = held_parts(bodies);
   EXPECT_EQ(parts.boxes.size(), 2U);
   for (std::size_t point = 0; point < parts.points.size(); ++point) {

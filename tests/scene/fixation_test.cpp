@@ -11,18 +11,18 @@
 namespace palpate {
 namespace {
 
-Scene scene_of(const std::string& body) {
+Scene box_scene(const std::string& body) {
   return read_scene_text(
       R"({"name": "s", "bodies": [{"material": {}, "box": {"cells": [2, 2, 2], "size": [2, 2, 2]}, )" + body +
           "}]}",
       "s.json", "/base");
 }
-std::string problem(const std::string& body) {
-  return message_of([&] { load_model(scene_of(body), {}); });
+std::string fixation_problem(const std::string& body) {
+  return message_of([&] { load_model(box_scene(body), {}); });
 }
 
 TEST(Fixation, OfAxesAddsUpOverSelections) {
-  const Model model = load_model(scene_of(R"("fixed": [
+  const Model model = load_model(box_scene(R"("fixed": [
     {"box": {"lower": [-1, -1, -1], "upper": [-1, 1, 1]}, "axes": "x"},
     {"box": {"lower": [-1, -1, -1], "upper": [1, 1, -1]}, "axes": "zy"},
     {"box": {"lower": [1, -1, -1], "upper": [1, 1, 1]}}])"),
@@ -36,14 +36,14 @@ TEST(Fixation, OfAxesAddsUpOverSelections) {
 }
 
 TEST(Fixation, WithoutAxesIsOfThePoint) {
-  EXPECT_TRUE(load_model(scene_of(R"("fixed": [{"points": [0]}, {"points": [1], "axes": "zyx"}])"), {})
+  EXPECT_TRUE(load_model(box_scene(R"("fixed": [{"points": [0]}, {"points": [1], "axes": "zyx"}])"), {})
                   .fixed_axes.empty());
 }
 
 TEST(Fixation, IsWrittenAsItWasRead) {
   const std::string body = R"("fixed": [{"points": [0], "axes": "yz"}, {"points": [1]}],
     "prescribed": [{"points": [2], "motion": {"keyframes": [{"time": 0}, {"time": 1, "translate": [0, 0, 1]}]}}])";
-  const Scene scene = scene_of(body);
+  const Scene scene = box_scene(body);
   const std::string text = write_scene(scene);
   EXPECT_EQ(write_scene(read_scene_text(text, "t.json")), text);
   const Model model = load_model(read_scene_text(text, "t.json"), {});
@@ -54,19 +54,19 @@ TEST(Fixation, IsWrittenAsItWasRead) {
 
 TEST(Fixation, RefusesOtherAxes) {
   for (const char* axes : {"w", "xx", "xyzx", "X", "x y"}) {
-    EXPECT_EQ(problem(R"("fixed": [{"points": [0], "axes": ")" + std::string(axes) + "\"}]"),
+    EXPECT_EQ(fixation_problem(R"("fixed": [{"points": [0], "axes": ")" + std::string(axes) + "\"}]"),
               "s.json: bodies[0].fixed[0].axes: found '" + std::string(axes) +
                   "', expected one or more of the letters x, y and z, such as \"xz\"");
   }
 }
 
 TEST(Fixation, NeedsAnAxis) {
-  EXPECT_EQ(problem(R"("fixed": [{"points": [0], "axes": ""}])"),
+  EXPECT_EQ(fixation_problem(R"("fixed": [{"points": [0], "axes": ""}])"),
             "s.json: bodies[0].fixed[0].axes: found \"\", expected a text that is not empty");
 }
 
 TEST(DrivePrescribed, MovesAPartOfASurface) {
-  const Scene scene = scene_of(R"("prescribed": [
+  const Scene scene = box_scene(R"("prescribed": [
     {"box": {"lower": [-1, -1, 1], "upper": [1, 1, 1]}, "motion": {"center": [0, 0, 1],
      "keyframes": [{"time": 0}, {"time": 0.1, "translate": [0, 0, 0.1], "rotate": {"angle": 90}}]}},
     {"box": {"lower": [-1, -1, -1], "upper": [1, 1, -1]}, "motion": {"keyframes": [{"time": 0}]}}])");
@@ -104,16 +104,19 @@ TEST(DrivePrescribed, MovesAPartOfASurface) {
 
 TEST(DrivePrescribed, RefusesPointsThatAreHeldOtherwise) {
   const std::string motion = R"("motion": {"keyframes": [{"time": 0}]})";
-  EXPECT_EQ(problem(R"("fixed": [{"points": [3]}], "prescribed": [{"points": [3], )" + motion + "}]"),
-            "s.json: bodies[0].prescribed[0]: found point 3, which is fixed, expected points that are not "
-            "fixed and follow no other motion");
-  EXPECT_EQ(problem(R"("prescribed": [{"points": [3], )" + motion + R"(}, {"points": [3], )" + motion + "}]"),
+  EXPECT_EQ(
+      fixation_problem(R"("fixed": [{"points": [3]}], "prescribed": [{"points": [3], )" + motion + "}]"),
+      "s.json: bodies[0].prescribed[0]: found point 3, which is fixed, expected points that are not "
+      "fixed and follow no other motion");
+  EXPECT_EQ(fixation_problem(R"("prescribed": [{"points": [3], )" + motion + R"(}, {"points": [3], )" +
+                             motion + "}]"),
             "s.json: bodies[0].prescribed[1]: found point 3, which follows another motion, expected points "
             "that are not fixed and follow no other motion");
-  EXPECT_NE(problem(R"("prescribed": [{"points": [3]}])").find("prescribed[0].motion"), std::string::npos);
-  EXPECT_NE(
-      problem(R"("obstacle": true, "prescribed": [{"points": [3], )" + motion + "}]").find("rigid body"),
-      std::string::npos);
+  EXPECT_NE(fixation_problem(R"("prescribed": [{"points": [3]}])").find("prescribed[0].motion"),
+            std::string::npos);
+  EXPECT_NE(fixation_problem(R"("obstacle": true, "prescribed": [{"points": [3], )" + motion + "}]")
+                .find("rigid body"),
+            std::string::npos);
 }
 
 }  // namespace

@@ -12,17 +12,12 @@
 #include "geometry/vector.hpp"
 #include "scene/error_check.hpp"
 #include "scene/load.hpp"
+#include "support/meshes.hpp"
 
 namespace palpate {
 namespace {
 
 constexpr double ball_volume = 4.0 / 3.0 * std::numbers::pi;
-
-Bodies body_of(const TetMesh& mesh) {
-  Bodies bodies;
-  bodies.add("body", mesh);
-  return bodies;
-}
 
 /// Each edge of a closed surface has two triangles, and Euler's number of a sphere is 2.
 void expect_sphere_topology(const Bodies& bodies) {
@@ -43,7 +38,7 @@ void expect_sphere_topology(const Bodies& bodies) {
 }
 
 TEST(MakeBox, FillsTheBoxWithConformingTets) {
-  const auto bodies = body_of(make_box({3, 4, 2}, {0.3, 0.2, 0.5}));
+  const auto bodies = test::single_body(make_box({3, 4, 2}, {0.3, 0.2, 0.5}));
   const auto statistics = mesh_statistics(bodies, bodies.points_rest());
   EXPECT_EQ(statistics.points, 4 * 5 * 3);
   EXPECT_EQ(statistics.tets, 5 * 24);
@@ -57,7 +52,7 @@ TEST(MakeBox, FillsTheBoxWithConformingTets) {
 
 TEST(MakeBox, CutsACellInFiveWithAThirdInTheMiddle) {
   const auto mesh = make_box({2, 1, 1}, {2, 1, 1});
-  const auto bodies = body_of(mesh);
+  const auto bodies = test::single_body(mesh);
   int middle_ones = 0;
   for (const Tet& tet : bodies.tets()) {
     const Vec3 a = at(mesh.points, tet[0]);
@@ -88,7 +83,7 @@ TEST(MakeBox, RefusesWhatIsNoBox) {
 
 TEST(MakeBall, HasTheCountsOfTheSubdividedIcosahedron) {
   for (const int n : {1, 2, 3, 5}) {
-    const auto bodies = body_of(make_ball(1.0, n));
+    const auto bodies = test::single_body(make_ball(1.0, n));
     const auto statistics = mesh_statistics(bodies, bodies.points_rest());
     int points = 1;
     for (int k = 1; k <= n; ++k) points += 10 * k * k + 2;
@@ -103,7 +98,7 @@ TEST(MakeBall, HasTheCountsOfTheSubdividedIcosahedron) {
 
 TEST(MakeBall, HasItsSurfacePointsAndNoOthersOnTheSphere) {
   constexpr double radius = 0.07;
-  const auto bodies = body_of(make_ball(radius, 5));
+  const auto bodies = test::single_body(make_ball(radius, 5));
   std::set<Index> surface;
   for (const Triangle& t : bodies.triangles()) surface.insert(t.begin(), t.end());
   for (Index p = 0; p < static_cast<Index>(bodies.points_rest().size()); ++p) {
@@ -120,7 +115,7 @@ TEST(MakeBall, HasItsSurfacePointsAndNoOthersOnTheSphere) {
 TEST(MakeBall, ConvergesToTheBallWithSecondOrder) {
   double error_before = 0.0;
   for (const int n : {2, 4, 8, 16}) {
-    const auto bodies = body_of(make_ball(2.0, n));
+    const auto bodies = test::single_body(make_ball(2.0, n));
     const double error = 1.0 - mesh_statistics(bodies, bodies.points_rest()).volume / (8.0 * ball_volume);
     EXPECT_GT(error, 0.0);  // an inscribed polyhedron
     if (n > 2) {
@@ -132,7 +127,7 @@ TEST(MakeBall, ConvergesToTheBallWithSecondOrder) {
 
 TEST(MakeBall, KeepsItsShapeQualityUnderRefinement) {
   for (const int n : {2, 5, 10, 20}) {
-    const auto bodies = body_of(make_ball(1.0, n));
+    const auto bodies = test::single_body(make_ball(1.0, n));
     const auto statistics = mesh_statistics(bodies, bodies.points_rest());
     EXPECT_GT(statistics.dihedral_angle.min, 35.0);
     EXPECT_LT(statistics.dihedral_angle.max, 130.0);

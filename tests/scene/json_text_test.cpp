@@ -8,7 +8,7 @@
 namespace palpate {
 namespace {
 
-std::string problem(const std::string& text) {
+std::string parse_problem(const std::string& text) {
   return message_of([&] { parse_json(text, "a.json"); });
 }
 
@@ -25,41 +25,46 @@ TEST(ParseJson, AgreesWithTheLibrarysOwnDocument) {
 }
 
 TEST(ParseJson, NamesLineAndColumnOfSyntaxErrors) {
-  EXPECT_EQ(problem("{\n  \"a\": 1,\n}"), "a.json: line 3, column 1: found '}', expected string literal");
-  EXPECT_EQ(problem("{\n  \"a\": 1\n  \"b\": 2\n}"),
+  EXPECT_EQ(parse_problem("{\n  \"a\": 1,\n}"),
+            "a.json: line 3, column 1: found '}', expected string literal");
+  EXPECT_EQ(parse_problem("{\n  \"a\": 1\n  \"b\": 2\n}"),
             "a.json: line 3, column 3: found string literal, expected '}'");
-  EXPECT_TRUE(problem("[1,\n  tru]").starts_with("a.json: line 2, column 3: found invalid literal"))
-      << problem("[1,\n  tru]");
-  EXPECT_TRUE(problem("").starts_with("a.json: line 1, column 1: found end of input")) << problem("");
-  EXPECT_TRUE(problem("{\"a\": 1").starts_with("a.json: line 1, column 7: found end of input, expected '}'"))
-      << problem("{\"a\": 1");
-  EXPECT_TRUE(problem("{} {}").starts_with("a.json: line 1, column 4: found '{', expected end of input"))
-      << problem("{} {}");
-  EXPECT_TRUE(problem("[NaN]").starts_with("a.json: line 1, column 2: found invalid literal"))
-      << problem("[NaN]");
-  EXPECT_TRUE(problem("{\"a\": \"\xff\"}").starts_with("a.json: line 1, column"))
-      << problem("{\"a\": \"\xff\"}");
+  EXPECT_TRUE(parse_problem("[1,\n  tru]").starts_with("a.json: line 2, column 3: found invalid literal"))
+      << parse_problem("[1,\n  tru]");
+  EXPECT_TRUE(parse_problem("").starts_with("a.json: line 1, column 1: found end of input"))
+      << parse_problem("");
+  EXPECT_TRUE(
+      parse_problem("{\"a\": 1").starts_with("a.json: line 1, column 7: found end of input, expected '}'"))
+      << parse_problem("{\"a\": 1");
+  EXPECT_TRUE(
+      parse_problem("{} {}").starts_with("a.json: line 1, column 4: found '{', expected end of input"))
+      << parse_problem("{} {}");
+  EXPECT_TRUE(parse_problem("[NaN]").starts_with("a.json: line 1, column 2: found invalid literal"))
+      << parse_problem("[NaN]");
+  EXPECT_TRUE(parse_problem("{\"a\": \"\xff\"}").starts_with("a.json: line 1, column"))
+      << parse_problem("{\"a\": \"\xff\"}");
 }
 
 TEST(ParseJson, RefusesNumbersBeyondDouble) {
-  EXPECT_EQ(problem("[0,\n -1e999]"),
+  EXPECT_EQ(parse_problem("[0,\n -1e999]"),
             "a.json: line 2, column 2: found -1e999, expected a number that a double can hold");
 }
 
 TEST(ParseJson, RefusesRepeatedKeysOfOneObjectOnly) {
-  EXPECT_EQ(problem(R"({"a": 1, "a": 2})"), "a.json: a: found the key twice in one object, expected it once");
-  EXPECT_EQ(problem(R"({"b": [{"x": 1}, {"m": {"k": 0, "d": 1, "k": 0}}]})"),
+  EXPECT_EQ(parse_problem(R"({"a": 1, "a": 2})"),
+            "a.json: a: found the key twice in one object, expected it once");
+  EXPECT_EQ(parse_problem(R"({"b": [{"x": 1}, {"m": {"k": 0, "d": 1, "k": 0}}]})"),
             "a.json: b[1].m.k: found the key twice in one object, expected it once");
-  EXPECT_EQ(problem(R"([{"a": {"a": 1}}, {"a": 2}])"), "no error");
+  EXPECT_EQ(parse_problem(R"([{"a": {"a": 1}}, {"a": 2}])"), "no error");
 }
 
 TEST(ParseJson, MessagesStayOnOneLine) {
-  EXPECT_EQ(problem("{\"a\\nb\": 1, \"a\\nb\": 2}").find('\n'), std::string::npos);
-  EXPECT_EQ(problem("[\"a\nb\"]").find('\n'), std::string::npos);
+  EXPECT_EQ(parse_problem("{\"a\\nb\": 1, \"a\\nb\": 2}").find('\n'), std::string::npos);
+  EXPECT_EQ(parse_problem("[\"a\nb\"]").find('\n'), std::string::npos);
 }
 
 TEST(ParseJson, SurvivesDeepNesting) {
-  EXPECT_NE(problem(std::string(200000, '[')), "no error");
+  EXPECT_NE(parse_problem(std::string(200000, '[')), "no error");
 }
 
 TEST(FormatJson, ReadsBackAsTheSame) {

@@ -12,7 +12,7 @@
 namespace palpate {
 namespace {
 
-Scene read(const std::string& material) {
+Scene read_material(const std::string& material) {
   return read_scene_text(
       R"({"name": "s", "bodies": [{"ball": {"radius": 0.1, "resolution": 1}, "material": )" + material +
           "}]}",
@@ -21,7 +21,7 @@ Scene read(const std::string& material) {
 
 std::string refused(const std::string& material) {
   try {
-    read(material);
+    read_material(material);
   } catch (const Error& error) {
     return error.what();
   }
@@ -29,7 +29,7 @@ std::string refused(const std::string& material) {
 }
 
 TEST(SceneMaterial, ReadsAndWritesLawsAndFibres) {
-  const Scene scene = read(
+  const Scene scene = read_material(
       R"({"model": "mooney-rivlin", "mooney_fraction": 0.25, "elements": "smoothed", "fibres": {"direction": [0, 1, 2],
     "stiffness": 3, "exponent": 0.5, "active_stress": 7, "activation": {"times": [0, 1], "factors": [0, 0.75]}}})");
   const Scene again = read_scene_text(write_scene(scene), "again.json");
@@ -44,7 +44,7 @@ TEST(SceneMaterial, ReadsAndWritesLawsAndFibres) {
     EXPECT_EQ(m.fibres.active_stress, 7.0);
     EXPECT_EQ(m.fibres.activation.factors, (std::vector<double>{0.0, 0.75}));
   }
-  EXPECT_EQ(read("{}").bodies[0].material->model, MaterialModel::corotational);
+  EXPECT_EQ(read_material("{}").bodies[0].material->model, MaterialModel::corotational);
 }
 
 TEST(SceneMaterial, RefusesWhatDoesNotGoTogether) {
@@ -69,15 +69,15 @@ TEST(SceneMaterial, RefusesWhatDoesNotGoTogether) {
 }
 
 TEST(SceneMaterial, ReadsAndWritesViscosity) {
-  const Scene scene = read(R"({"viscosity": {"fractions": [0.25, 0.5], "times": [0.01, 3]}})");
+  const Scene scene = read_material(R"({"viscosity": {"fractions": [0.25, 0.5], "times": [0.01, 3]}})");
   const Scene again = read_scene_text(write_scene(scene), "again.json");
   for (const Scene* s : {&scene, &again}) {
     const Viscosity& viscosity = s->bodies[0].material->viscosity;
     EXPECT_EQ(viscosity.fractions, (std::vector<double>{0.25, 0.5}));
     EXPECT_EQ(viscosity.times, (std::vector<double>{0.01, 3.0}));
   }
-  EXPECT_FALSE(read("{}").bodies[0].material->viscosity.any());
-  EXPECT_EQ(write_scene(read("{}")).find("viscosity"), std::string::npos);
+  EXPECT_FALSE(read_material("{}").bodies[0].material->viscosity.any());
+  EXPECT_EQ(write_scene(read_material("{}")).find("viscosity"), std::string::npos);
 }
 
 TEST(SceneMaterial, RefusesASeriesThatIsNone) {
@@ -121,7 +121,7 @@ TEST(SceneMaterial, PresetsAreDefaultsOfTheirKeysInTheUnitsOfTheScene) {
 
 TEST(SceneMaterial, PresetsAreWrittenAsTheirValues) {
   // The given modulus is the default of materials without a preset: it must not get lost.
-  const Scene scene = read(R"({"tissue": "liver", "young_modulus": 100000})");
+  const Scene scene = read_material(R"({"tissue": "liver", "young_modulus": 100000})");
   const Material again = read_scene_text(write_scene(scene), "again.json").bodies[0].material.value();
   EXPECT_EQ(again.young_modulus, 100000.0);
   EXPECT_EQ(again.density, 1060.0);
@@ -133,7 +133,7 @@ TEST(SceneMaterial, PresetsAreWrittenAsTheirValues) {
 TEST(SceneMaterial, EveryPresetIsTakenAndHasASource) {
   for (std::size_t i = 0; i < tissue_names.size(); ++i) {
     const auto tissue = static_cast<Tissue>(i);
-    EXPECT_NO_THROW(read(R"({"tissue": ")" + std::string(tissue_names[i]) + R"("})"));
+    EXPECT_NO_THROW(read_material(R"({"tissue": ")" + std::string(tissue_names[i]) + R"("})"));
     EXPECT_GT(tissue_info(tissue).density, 900.0);
     EXPECT_NE(tissue_info(tissue).source.find('('), std::string_view::npos);
     EXPECT_FALSE(tissue_info(tissue).measured.empty());

@@ -24,7 +24,7 @@ const std::string bodies = R"("name": "s", "time_step": 0.01, "bodies": [
    "material": {"young_modulus": 1e6, "stiffness_damping": 0.01}},
   {"name": "bone", "box": {"cells": [1, 1, 1], "size": [0.02, 0.02, 0.02]}, "translate": [1, 0, 0], "obstacle": true}])";
 
-Scene scene_of(const std::string& more) {
+Scene staged_scene(const std::string& more) {
   return read_scene_text("{" + bodies + (more.empty() ? "" : ", ") + more + "}", "scene");
 }
 
@@ -59,7 +59,7 @@ const std::string three_stages = R"("stages": [
    "until": {"time": 0.3}}])";
 
 TEST(Stages, AreTheSameRunDrivenByHand) {
-  const Scene scene = scene_of(three_stages);
+  const Scene scene = staged_scene(three_stages);
   EXPECT_EQ(scene.duration, 1.8);
   Simulation led = simulate(scene, 2);
   StageRun stages(scene, led);
@@ -105,7 +105,7 @@ TEST(Stages, AreTheSameRunDrivenByHand) {
 }
 
 TEST(Stages, BranchFromASavedStateWithTheSameBits) {
-  const Scene scene = scene_of(three_stages);
+  const Scene scene = staged_scene(three_stages);
   Simulation whole = simulate(scene);
   StageRun stages(scene, whole);
   stages.begin(whole);
@@ -132,9 +132,10 @@ TEST(Stages, BranchFromASavedStateWithTheSameBits) {
 /// A held rail of 0.1 x 0.1 x 0.02 is placed in the table, whose top is at z = 0.
 TEST(Stages, ThatPutABodyIntoARigidOneSaySo) {
   const auto warnings = [](double height) {
-    const Scene scene = scene_of(R"("stages": [{"name": "put", "insert": ["rail"], "move": [{"body": "rail",
+    const Scene scene =
+        staged_scene(R"("stages": [{"name": "put", "insert": ["rail"], "move": [{"body": "rail",
       "motion": {"keyframes": [{"time": 0.02, "translate": [0.12, 0, )" +
-                                 std::to_string(height - 0.29) + R"(]}]}}], "until": {"time": 0.03}}])");
+                     std::to_string(height - 0.29) + R"(]}]}}], "until": {"time": 0.03}}])");
     Simulation simulation = simulate(scene);
     StageRun stages(scene, simulation);
     lead(stages, simulation);
@@ -148,7 +149,7 @@ TEST(Stages, ThatPutABodyIntoARigidOneSaySo) {
 }
 
 TEST(Stages, EndByTheirTimeAndSaySo) {
-  const Scene scene = scene_of(R"("stages": [
+  const Scene scene = staged_scene(R"("stages": [
     {"name": "never", "until": {"force": {"body": "block", "at_least": 1e6}, "most": 0.05}},
     {"name": "falls", "remove": ["table"], "until": {"rest": true, "most": 0.1}}])");
   Simulation simulation = simulate(scene);
@@ -162,7 +163,7 @@ TEST(Stages, EndByTheirTimeAndSaySo) {
 }
 
 TEST(Stages, AreWrittenAndReadAgain) {
-  const Scene scene = scene_of(three_stages + R"(, "outcomes": [
+  const Scene scene = staged_scene(three_stages + R"(, "outcomes": [
     {"name": "a", "displacement": {"body": "block", "at": [0, 0, 0.07], "along": [0, 0, 1]}},
     {"name": "b", "volume": {"body": "block", "beyond": [{"point": [0, 0, 0], "normal": [0, 0, 1]}], "within": "rail"}},
     {"name": "c", "force": {"body": "block", "from": "table"}}])");
@@ -173,7 +174,7 @@ TEST(Stages, AreWrittenAndReadAgain) {
 /// The message for a scene with these keys more.
 std::string refusal(const std::string& more) {
   try {
-    const Scene scene = scene_of(more);
+    const Scene scene = staged_scene(more);
     const Simulation simulation = simulate(scene);
     const StageRun stages(scene, simulation);
     const OutcomeProbe outcomes(scene, simulation.bodies());
@@ -270,7 +271,7 @@ TEST(Outcomes, BadOnesAreRefusedInOneLine) {
 }
 
 TEST(Outcomes, OfABlockAtRestAndATurnedRail) {
-  const Scene scene = scene_of(R"("stages": [
+  const Scene scene = staged_scene(R"("stages": [
     {"name": "rest", "until": {"rest": true, "most": 2}},
     {"name": "turn", "insert": ["rail"],
      "move": [{"body": "rail", "motion": {"center": [0, 0, 0.3], "keyframes": [

@@ -14,7 +14,7 @@ namespace {
 
 using Bytes = std::vector<std::byte>;
 
-void steps(Simulation& simulation, int count) {
+void run_steps(Simulation& simulation, int count) {
   for (int i = 0; i < count; ++i) simulation.step();
 }
 
@@ -50,15 +50,15 @@ TEST_P(Checkpoint, GoesOnWithTheSameBitsAndTellsTheSame) {
   const Scene scene = example(GetParam());
   for (const int first : {0, 1, 17, 60}) {
     Simulation whole = simulate(scene);
-    steps(whole, first);
+    run_steps(whole, first);
     const Bytes saved = whole.save();
     Simulation resumed = simulate(scene, 1);
-    steps(resumed, 3);
+    run_steps(resumed, 3);
     resumed.restore(saved);
     EXPECT_EQ(resumed.save(), saved);
     EXPECT_EQ(resumed.metrics().detection.contacts, whole.metrics().detection.contacts);
-    steps(whole, 25);
-    steps(resumed, 25);
+    run_steps(whole, 25);
+    run_steps(resumed, 25);
     EXPECT_EQ(resumed.state_hash(), whole.state_hash()) << "saved after " << first;
     EXPECT_EQ(resumed.save(), whole.save()) << "all that is remembered, and all counts";
   }
@@ -67,13 +67,13 @@ TEST_P(Checkpoint, GoesOnWithTheSameBitsAndTellsTheSame) {
 TEST_P(Checkpoint, TheStructureMayChange) {
   const Scene scene = example(GetParam());
   Simulation whole = simulate(scene);
-  steps(whole, 30);
+  run_steps(whole, 30);
   const Bytes saved = whole.save();
-  steps(whole, 20);
+  run_steps(whole, 20);
   for (const Structure structure : {Structure::hash, Structure::cuckoo, Structure::uniform}) {
     Simulation resumed = simulate(with_structure(scene, structure), 3);
     resumed.restore(saved);
-    steps(resumed, 20);
+    run_steps(resumed, 20);
     EXPECT_EQ(resumed.state_hash(), whole.state_hash());
   }
 }
@@ -88,18 +88,18 @@ TEST(CheckpointOf, StressThatRelaxesIsInIt) {
     if (body.material) body.material->viscosity = {.fractions = {0.4, 0.2}, .times = {0.02, 0.5}};
   }
   Simulation whole = simulate(scene);
-  steps(whole, 30);
+  run_steps(whole, 30);
   Simulation resumed = simulate(scene, 3);
   resumed.restore(whole.save());
   EXPECT_EQ(resumed.save(), whole.save());
-  steps(whole, 20);
-  steps(resumed, 20);
+  run_steps(whole, 20);
+  run_steps(resumed, 20);
   EXPECT_EQ(resumed.state_hash(), whole.state_hash());
   EXPECT_EQ(resumed.save(), whole.save());
   // Without plasticity the tissue behaves differently.
   Simulation elastic = simulate(example("plastic"));
   expect_refused(elastic, whole.save(), "materials");
-  steps(elastic, 50);
+  run_steps(elastic, 50);
   EXPECT_NE(elastic.state_hash(), whole.state_hash());
 }
 
@@ -108,7 +108,7 @@ TEST(CheckpointOf, LoadsGrabsAndTheirForcesAreInIt) {
   const auto begin = [&](Simulation& simulation) {
     simulation.set_force(3, {0.0, 0.1, 0.0});
     const Index number = simulation.grab({.point = 5, .target = {0.1, 0.0, 0.3}, .stiffness = 40.0});
-    steps(simulation, 10);
+    run_steps(simulation, 10);
     return number;
   };
   Simulation whole = simulate(scene);
@@ -116,8 +116,8 @@ TEST(CheckpointOf, LoadsGrabsAndTheirForcesAreInIt) {
   Simulation resumed = simulate(scene);
   resumed.restore(whole.save());
   EXPECT_EQ(resumed.grab_force(number), whole.grab_force(number));
-  steps(whole, 10);
-  steps(resumed, 10);
+  run_steps(whole, 10);
+  run_steps(resumed, 10);
   EXPECT_EQ(resumed.save(), whole.save());
   resumed.release(number);
   EXPECT_THROW(static_cast<void>(resumed.grab_force(number)), Error);
@@ -137,7 +137,7 @@ TEST(CheckpointOf, InvertedTetsAreCountedAgain) {
   };
   Simulation whole = begin();
   EXPECT_EQ(whole.metrics().inverted_tets, 0);
-  steps(whole, 1);
+  run_steps(whole, 1);
   EXPECT_LT(whole.positions()[3].z, 0.0);
   EXPECT_EQ(whole.metrics().inverted_tets, 1);
   Simulation resumed = begin();
@@ -149,11 +149,11 @@ TEST(CheckpointOf, ApproximateModeLeavesOutTheSameCells) {
   Scene scene = example("everything");
   scene.settings.detection.cells_per_primitive = 2;
   Simulation whole = simulate(scene);
-  steps(whole, 20);
+  run_steps(whole, 20);
   Simulation resumed = simulate(scene);
   resumed.restore(whole.save());
-  steps(whole, 20);
-  steps(resumed, 20);
+  run_steps(whole, 20);
+  run_steps(resumed, 20);
   EXPECT_GT(whole.metrics().detection.dropped_cells, 0U);
   EXPECT_EQ(resumed.save(), whole.save());
 }
@@ -162,14 +162,14 @@ TEST(CheckpointOf, TheQueueOfABudgetIsInIt) {
   Scene scene = example("everything");
   scene.settings.detection.budget = Budget{.tests = 4000};
   Simulation whole = simulate(scene);
-  steps(whole, 20);
+  run_steps(whole, 20);
   EXPECT_LT(whole.metrics().detection.completeness, 1.0);
   const Bytes saved = whole.save();
   Simulation resumed = simulate(scene, 3);
   resumed.restore(saved);
   EXPECT_EQ(resumed.save(), saved);
-  steps(whole, 20);
-  steps(resumed, 20);
+  run_steps(whole, 20);
+  run_steps(resumed, 20);
   EXPECT_EQ(resumed.save(), whole.save());
 }
 
@@ -177,12 +177,12 @@ TEST(CheckpointOf, ABudgetWithoutPressureChangesNoBit) {
   const Scene scene = example("everything");
   Scene limited = scene;
   Simulation exact = simulate(scene);
-  steps(exact, 60);
+  run_steps(exact, 60);
   for (const Budget& budget :
        {Budget{.tests = std::numeric_limits<int>::max()}, Budget{.milliseconds = 1e6}}) {
     limited.settings.detection.budget = budget;
     Simulation simulation = simulate(limited);
-    steps(simulation, 60);
+    run_steps(simulation, 60);
     EXPECT_EQ(simulation.state_hash(), exact.state_hash());
   }
 }
@@ -190,7 +190,7 @@ TEST(CheckpointOf, ABudgetWithoutPressureChangesNoBit) {
 TEST(CheckpointOf, AStepThatFailedLeavesAStateThatGoesOn) {
   Scene scene = example("tower");
   Simulation whole = simulate(scene);
-  steps(whole, 10);
+  run_steps(whole, 10);
   const Bytes good = whole.save();
   const auto last = static_cast<Index>(whole.positions().size()) - 1;
   whole.set_force(last, {0.0, 0.0, std::numeric_limits<double>::max()});
@@ -198,15 +198,15 @@ TEST(CheckpointOf, AStepThatFailedLeavesAStateThatGoesOn) {
   Simulation resumed = simulate(scene);
   resumed.restore(good);
   whole.set_force(last, {});
-  steps(whole, 10);
-  steps(resumed, 10);
+  run_steps(whole, 10);
+  run_steps(resumed, 10);
   EXPECT_EQ(resumed.state_hash(), whole.state_hash());
 }
 
 TEST(CheckpointOf, AnotherSimulationIsRefused) {
   const Scene scene = example("tower");
   Simulation simulation = simulate(scene);
-  steps(simulation, 3);
+  run_steps(simulation, 3);
   const Bytes saved = simulation.save();
   const auto refused_by = [&](const Scene& other, const std::string& part) {
     Simulation another = simulate(other);
@@ -226,7 +226,7 @@ TEST(CheckpointOf, AnotherSimulationIsRefused) {
 
 TEST(CheckpointOf, EveryCutAndEveryChangedByteIsRefused) {
   Simulation simulation = simulate(example("press"));
-  steps(simulation, 30);
+  run_steps(simulation, 30);
   const Bytes saved = simulation.save();
   ASSERT_GT(simulation.metrics().detection.contacts, 0U);
   for (std::size_t size = 0; size < saved.size(); size += 1 + saved.size() / 97)
@@ -242,7 +242,7 @@ TEST(CheckpointOf, EveryCutAndEveryChangedByteIsRefused) {
 TEST(CheckpointOf, NoContentDoesHarm) {
   const Scene scene = example("press");
   Simulation simulation = simulate(scene);
-  steps(simulation, 30);
+  run_steps(simulation, 30);
   const Bytes saved = simulation.save();
   int refused = 0;
   for (std::size_t place = 12; place + 16 < saved.size(); place += 8 + saved.size() / 149) {

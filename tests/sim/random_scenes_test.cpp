@@ -91,9 +91,9 @@ TEST(RandomScenes, OneWhoseSheetFallsDeepIntoABoxKeepsItsEnergy) {
   run_all(1053, 1, 0);
 }
 
-/// Seeds of the first test. The allowed number of scenes with inverted tets is the number found.
+/// The first seeds of the first test: a step of smoothed tets takes longer. The long test has 60 others.
 TEST(RandomScenes, OfSmoothedTetsKeepTheirEnergyTheirFloorAndConverge) {
-  run_all(1, 16, 1, ElementKind::smoothed);
+  run_all(1, 4, 0, ElementKind::smoothed);
 }
 
 /// BDF2 gives way to implicit Euler where contacts change. Without that, tissue is inverted over seeds 1

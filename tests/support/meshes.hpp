@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include <palpate/mesh.hpp>
@@ -11,6 +12,13 @@
 #include "support/random.hpp"
 
 namespace palpate::test {
+
+/// A single body called "body".
+inline Bodies single_body(TetMesh mesh) {
+  Bodies bodies;
+  bodies.add("body", std::move(mesh));
+  return bodies;
+}
 
 /// A box of nx x ny x nz cells with 6 tets a cell (Kuhn); not the library's own 5-tet generator.
 inline TetMesh box_mesh(std::array<int, 3> cells, const Vec3& lower, const Vec3& upper) {

@@ -43,10 +43,6 @@ LiveSource staged_source() {
   return {scene, test::small_model(scene), 1};
 }
 
-void run(LiveSource& source, int steps) {
-  for (int i = 0; i < steps; ++i) source.advance();
-}
-
 Index vertex_of_body(const LiveSource& source, std::size_t body) {
   return Surface(source.bodies()).body_vertices()[body].begin;
 }
@@ -94,16 +90,16 @@ TEST(LiveStages, TellThePageWhatTheyAre) {
     EXPECT_EQ(plan["done"], false);
   };
   expect("fall", 1, {2}, {0, 2});
-  run(source, enter);
+  test::run(source, enter);
   expect("enter", 2, {}, {0, 2});
-  run(source, free_ - enter);
+  test::run(source, free_ - enter);
   expect("free", 3, {}, {0});
-  run(source, clear - free_);
+  test::run(source, clear - free_);
   expect("clear", 4, {1}, {0});
   EXPECT_EQ(source.begun_stages(), 4U);
-  run(source, end - clear);
+  test::run(source, end - clear);
   EXPECT_EQ(source.counts()["plan"]["done"], true);
-  run(source, 3);
+  test::run(source, 3);
   EXPECT_EQ(source.counts()["step"], end + 3) << "it continues";
   EXPECT_FALSE(test::small_source()->counts().contains("plan")) << "a scene without stages";
 }
@@ -113,9 +109,9 @@ TEST(LiveStages, PullsFollowThem) {
   const Index box = vertex_of_body(source, 1);
   const Index press = vertex_of_body(source, 2);
   EXPECT_THROW(source.apply(1, Pull{press, {}, 1.0}), Error) << "absent";
-  run(source, enter);
+  test::run(source, enter);
   EXPECT_THROW(source.apply(1, Pull{press, {}, 1.0}), Error) << "moved";
-  run(source, free_ - enter);
+  test::run(source, free_ - enter);
   const Vec3 place = place_of_press(source);
   source.apply(1, Pull{press, place - source.stage().origin + Vec3{0.1, 0, 0}, 1.0});
   source.apply(2, Pull{box, {}, 1.0});
@@ -124,7 +120,7 @@ TEST(LiveStages, PullsFollowThem) {
   const double edge = mesh_statistics(source.bodies(), source.bodies().points_rest(), 2).edge_length.mean;
   EXPECT_LE(most, 0.2 * mass * edge / (0.01 * 0.01) * 1.001) << "it is free now, and must not be thrown";
   EXPECT_GT(most, 0.0);
-  run(source, clear - free_);
+  test::run(source, clear - free_);
   const auto pulls = source.counts()["pulls"];
   ASSERT_EQ(pulls.size(), 1U) << "that of the removed box has ended";
   EXPECT_EQ(pulls[0]["client"], 1);
@@ -137,33 +133,33 @@ TEST(LiveStages, AHandMovesABodyAlongTheMotionOfItsStage) {
   EXPECT_EQ(source.stage().about["motions"][0]["body"], 2);
   EXPECT_EQ(source.counts()["driven"][0]["moves"], false);
   EXPECT_THROW(source.apply(1, DriveMotion{0, {}, Vec3{0, 0.01, 0}}), Error);
-  run(source, enter);
+  test::run(source, enter);
   const auto driven = source.counts()["driven"][0];
   EXPECT_EQ(driven["moves"], true);
   EXPECT_NEAR(driven["begin"], 0.05, 1e-12);
   EXPECT_NEAR(driven["end"], 0.15, 1e-12);
   const Vec3 start = place_of_press(source);
   source.apply(1, DriveMotion{0, 0.1, Vec3{0, 0.01, 0}});
-  run(source, free_ - enter - 1);
+  test::run(source, free_ - enter - 1);
   EXPECT_NEAR(place_of_press(source).y - start.y, 0.01, 1e-12);
   EXPECT_NEAR(place_of_press(source).x - start.x, 0.005, 1e-12) << "half of its path";
   EXPECT_TRUE(source.counts()["driven"][0].contains("force"));
   EXPECT_TRUE(source.forces()[2].contains("held"));
-  run(source, 1);
+  test::run(source, 1);
   EXPECT_EQ(source.counts()["driven"][0]["moves"], false) << "released";
   EXPECT_EQ(source.counts()["driven"][0]["held"], false);
   EXPECT_THROW(source.apply(1, DriveMotion{0, {}, Vec3{}}), Error);
-  run(source, 1);
+  test::run(source, 1);
   EXPECT_FALSE(source.forces()[2].contains("held"));
 }
 
 TEST(LiveStages, GravityOfAPageLastsUntilAStageSetsAnother) {
   LiveSource source = staged_source();
   source.apply(1, Change{{{"gravity", {0, 0, -1}}}});
-  run(source, enter);
+  test::run(source, enter);
   EXPECT_EQ(source.settings()["gravity"], nlohmann::json({0.0, 0.0, -5.0}));
   source.apply(1, Change{{{"gravity", {0, 0, -2}}}});
-  run(source, clear - enter);
+  test::run(source, clear - enter);
   EXPECT_EQ(source.settings()["gravity"], nlohmann::json({0.0, 0.0, -2.0})) << "later stages set none";
   source.reset();
   EXPECT_EQ(source.settings()["gravity"], nlohmann::json({0.0, 0.0, -1.0}));

@@ -18,10 +18,6 @@
 namespace palpate::view {
 namespace {
 
-void run(LiveSource& source, int steps) {
-  for (int i = 0; i < steps; ++i) source.advance();
-}
-
 /// The highest vertex of a body.
 Index top_of(const LiveSource& source, const Surface& surface, std::size_t body) {
   Index top = surface.body_vertices()[body].begin;
@@ -45,13 +41,13 @@ TEST(LiveSource, HasTheBitsOfARunThatNobodyLooksAt) {
   EXPECT_EQ(source->simulation().state_hash(), alone.state_hash());
   source->reset();
   EXPECT_EQ(source->time(), 0.0);
-  run(*source, 20);
+  test::run(*source, 20);
   EXPECT_EQ(source->simulation().state_hash(), alone.state_hash()) << "a reset begins the same run again";
 }
 
 TEST(LiveSource, HasOneNumberAPointOfEachField) {
   const auto source = test::small_source();
-  run(*source, 5);
+  test::run(*source, 5);
   const TissueState tissue = source->simulation().tissue_at_points();
   std::vector<std::string> names;
   for (const auto& field : source->stage().about["fields"]) {
@@ -91,7 +87,7 @@ TEST(LiveSource, HasOneNumberAPointOfEachField) {
 
 TEST(LiveSource, ShowsTheNineNumbersOfATensorOneByOne) {
   const auto source = test::small_source();
-  run(*source, 5);
+  test::run(*source, 5);
   const Simulation& simulation = source->simulation();
   const TissueState tissue = simulation.tissue_at_points();
   constexpr std::array axes{"x", "y", "z"};
@@ -137,7 +133,7 @@ TEST(LiveSource, ShowsReactionsOfHeldPoints) {
   const auto source = test::small_source();
   EXPECT_EQ(source->field("reaction"), std::vector<double>(source->positions().size(), 0.0))
       << "at the start";
-  run(*source, 5);
+  test::run(*source, 5);
   const std::vector<double> sizes = source->field("reaction");
   const std::span<const Vec3> reactions = source->simulation().reactions();
   ASSERT_EQ(sizes.size(), reactions.size());
@@ -151,7 +147,7 @@ TEST(LiveSource, ShowsReactionsOfHeldPoints) {
 
 TEST(LiveSource, SendsTheSurfaceAsItIs) {
   const auto source = test::small_source();
-  run(*source, 5);
+  test::run(*source, 5);
   const Surface surface(source->bodies());
   const test::Read stage = test::read_message(stage_message(*source, surface));
   const test::Read frame = test::read_message(frame_message(*source, surface, {true, true, true}, {}));
@@ -197,7 +193,7 @@ TEST(LiveSource, SendsTheSurfaceAsItIs) {
 
 TEST(LiveSource, SendsTheInsideWhereItIsAskedFor) {
   const auto source = test::small_source();
-  run(*source, 5);
+  test::run(*source, 5);
   const Surface surface(source->bodies());
   const test::Read stage = test::read_message(stage_message(*source, surface));
   const test::Read without =
@@ -267,13 +263,13 @@ TEST(LiveSource, SendsContactsOfEdges) {
 TEST(LiveSource, APullMovesTissueByHookesLawAndLetsItGo) {
   const auto source = test::small_source();
   const Surface surface(source->bodies());
-  run(*source, 40);
+  test::run(*source, 40);
   const Index vertex = top_of(*source, surface, 1);
   const Index point = at(surface.points(), vertex);
   const Vec3 before = at(source->positions(), point);
   const Vec3 target = before + Vec3{0, 0, 0.001};  // below the limit of a corner
   source->apply(1, Pull{vertex, target - source->stage().origin, 1.0});
-  run(*source, 150);
+  test::run(*source, 150);
   const Vec3 pulled = at(source->positions(), point);
   EXPECT_GT(pulled.z, before.z + 0.0001);
   const auto pulls = source->counts()["pulls"];
@@ -284,7 +280,7 @@ TEST(LiveSource, APullMovesTissueByHookesLawAndLetsItGo) {
   EXPECT_NEAR(force, stiffness * (target.z - pulled.z), 0.02 * force);
   source->apply(1, LetGo{});
   EXPECT_TRUE(source->counts()["pulls"].empty());
-  run(*source, 150);
+  test::run(*source, 150);
   EXPECT_NEAR(at(source->positions(), point).z, before.z, 0.00005);
 }
 
@@ -323,17 +319,17 @@ TEST(LiveSource, MovesPrescribedBodiesOnAndOffTheirPath) {
   source->apply(1, DriveMotion{0, 0.5, {}});
   source->advance();
   EXPECT_LE(length(press()), 0.01 * 4 * 0.01 + 1e-12) << "four times as fast as the path at most";
-  run(*source, 40);
+  test::run(*source, 40);
   EXPECT_NEAR(press().z, -0.005, 1e-12);
   EXPECT_EQ(source->counts()["driven"][0]["held"], true);
   source->apply(1, DriveMotion{0, {}, Vec3{0.02, 0, 0}});
-  run(*source, 40);
+  test::run(*source, 40);
   EXPECT_NEAR(press().x, 0.02, 1e-12);
   EXPECT_NEAR(press().z, -0.005, 1e-12);
   source->apply(1, ResumeMotion{0});
-  run(*source, 10);
+  test::run(*source, 10);
   EXPECT_NEAR(press().z, -0.006, 1e-12) << "from where it is on its path, by itself";
-  run(*source, 100);
+  test::run(*source, 100);
   EXPECT_NEAR(press().x, 0.0, 1e-12);
   EXPECT_NEAR(press().z, -0.01, 1e-12);
 }
@@ -359,7 +355,7 @@ TEST(LiveSource, CountsStepsThatDidNotConvergeAndTetsInsideOut) {
 
 TEST(LiveSource, ChangesSettingsWhileItRuns) {
   const auto source = test::small_source();
-  run(*source, 5);
+  test::run(*source, 5);
   source->apply(1, Change{{{"gravity", {0, 0, 0}}, {"contact", {{"structure", "hash"}}}}});
   EXPECT_EQ(source->settings()["gravity"], nlohmann::json({0.0, 0.0, 0.0}));
   EXPECT_EQ(source->settings()["contact"]["structure"], "hash");

@@ -41,4 +41,8 @@ inline std::unique_ptr<view::LiveSource> small_source() {
   return std::make_unique<view::LiveSource>(scene, small_model(scene), 1);
 }
 
+inline void run(view::LiveSource& source, int steps) {
+  for (int i = 0; i < steps; ++i) source.advance();
+}
+
 }  // namespace palpate::test
