@@ -54,7 +54,7 @@ class ClusterLookup {
       clusters = clusters.subspan(n);
       prepare(n);
       prefetch_corners(clusters);
-      look_up(n, first);
+      search(n, first);
       first += n;
     }
   }
@@ -100,7 +100,7 @@ class ClusterLookup {
     box.skips_marked = immovable ? -1 : 0;
   }
 
-  void look_up(std::size_t n, std::size_t first) {
+  void search(std::size_t n, std::size_t first) {
     const auto do_block = [&] {
       context_.kernels.filter(points_, block_);
       if (asks_ahead_) prefetch_candidates();

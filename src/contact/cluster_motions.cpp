@@ -82,16 +82,16 @@ simd::LinearMotion ClusterMotions::common_motion(std::span<const Vec3> positions
   middle = weight * middle;
   shift = weight * shift;
   std::array<Vec3, 3> inertia{};
-  Vec3 turn;
+  Vec3 moment;
   for_each_sample([&](const Vec3& x, const Vec3& d) {
     const Vec3 r = x - middle;
     const double square = dot(r, r);
     inertia[0] += Vec3{square, 0.0, 0.0} - r.x * r;
     inertia[1] += Vec3{0.0, square, 0.0} - r.y * r;
     inertia[2] += Vec3{0.0, 0.0, square} - r.z * r;
-    turn += cross(r, d - shift);
+    moment += cross(r, d - shift);
   });
-  const Vec3 w = solution(inertia, turn);
+  const Vec3 w = solution(inertia, moment);
   return motion_of(shift - cross(w, middle), w);
 }
 

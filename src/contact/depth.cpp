@@ -39,34 +39,52 @@ DepthCounts DepthEstimate::compute(const parallel::Threads& threads, const Bodie
   balance(frame);
   finish(frame);
   lead_out(frame);
-  DepthCounts counts = count();
-  counts.regions_without_border = static_cast<std::size_t>(regions_not_reached());
-  return counts;
+  return sum_of_counts();
 }
 
-DepthCounts DepthEstimate::count() const {
+/// Counts in a chunk of contacts, after finish_contact() and raise_depths().
+void DepthEstimate::count(const Frame& frame, std::size_t begin, std::size_t end, Scratch& scratch) const {
   DepthCounts counts;
-  for (const Estimate& estimate : estimates_) {
+  scratch.deep = scratch.unreached = false;
+  for (std::size_t c = begin; c < end; ++c) {
+    const Estimate& estimate = estimates_[c];
     const std::uint8_t from = estimate.from_surface;
     counts.depth_fallbacks += from == no_border || from == cancelled ? 1 : 0;
     counts.raised_depths += from == raised ? 1 : 0;
     counts.cancelled_directions += from == cancelled ? 1 : 0;
     counts.rough_depths += estimate.rough ? 1 : 0;
     counts.border_edges_without_crossing += static_cast<std::size_t>(estimate.without_crossing);
+    scratch.unreached = scratch.unreached || levels_[c] < 0;
+    scratch.deep = scratch.deep || is_deep(frame, c);
   }
-  return counts;
+  scratch.counts = counts;
+}
+
+DepthCounts DepthEstimate::sum_of_counts() {
+  DepthCounts sum;
+  bool unreached = false;
+  for (const Scratch& scratch : used_scratches()) {
+    const DepthCounts& one = scratch.counts;
+    sum.depth_fallbacks += one.depth_fallbacks;
+    sum.raised_depths += one.raised_depths;
+    sum.cancelled_directions += one.cancelled_directions;
+    sum.rough_depths += one.rough_depths;
+    sum.border_edges_without_crossing += one.border_edges_without_crossing;
+    unreached = unreached || scratch.unreached;
+  }
+  if (unreached) sum.regions_without_border = static_cast<std::size_t>(regions_not_reached());
+  return sum;
 }
 
 /// Computes the first guess: breadth-first propagation from the crossings, as in the paper.
 void DepthEstimate::propagate(const Frame& frame) {
-  const auto is_reached = [](const Estimate& estimate) { return estimate.level == 0; };
-  if (std::ranges::all_of(estimates_, is_reached)) return;
+  if (std::ranges::all_of(levels_, [](Index level) { return level == 0; })) return;
   const std::vector<Index>& point = frame.table.contacts().point;
   frontier_.clear();
   make_room(frontier_, estimates_.size());
   make_room(next_, estimates_.size());
-  for (std::size_t c = 0; c < estimates_.size(); ++c) {
-    if (estimates_[c].level == 0) frontier_.push_back(static_cast<Index>(c));
+  for (std::size_t c = 0; c < levels_.size(); ++c) {
+    if (levels_[c] == 0) frontier_.push_back(static_cast<Index>(c));
   }
   for (Index level = 1; !frontier_.empty(); ++level) {
     next_level(level);
@@ -81,8 +99,9 @@ void DepthEstimate::propagate(const Frame& frame) {
       Vec3 normal;
       for (Index l = node.begin; l < node.end; ++l) {
         const auto& [neighbor, weight] = at(system_.links, l);
+        const Index theirs = at(levels_, neighbor);
+        if (theirs < 0 || theirs >= level) continue;
         const Estimate& other = at(estimates_, neighbor);
-        if (other.level < 0 || other.level >= level) continue;
         const Vec3 offset = at(frame.positions, at(point, neighbor)) - at(frame.positions, at(point, c));
         sum += weight;
         depth += weight * (dot(offset, other.normal) + other.depth);
@@ -104,8 +123,8 @@ void DepthEstimate::next_level(Index level) {
     const PlaneSystem::Node& node = at(system_.nodes, c);
     for (Index l = node.begin; l < node.end; ++l) {
       const Index other = at(system_.links, l).node;
-      if (at(estimates_, other).level >= 0) continue;
-      at(estimates_, other).level = level;
+      if (at(levels_, other) >= 0) continue;
+      at(levels_, other) = level;
       next_.push_back(other);
     }
   }
@@ -150,8 +169,7 @@ void DepthEstimate::solve_certainty(const Frame& frame) {
     node.residual = {-lost, 0.0, 0.0, 0.0};
     // A contact that uses the mean of its neighbours adds no information to them.
     const bool guesses = frame.cache.source(c) == PlaneCache::neighbors;
-    if (estimates_[c].level < 0 || estimates_[c].fixed || guesses || !std::isfinite(node.diagonal))
-      leave_out(c);
+    if (levels_[c] < 0 || estimates_[c].fixed || guesses || !std::isfinite(node.diagonal)) leave_out(c);
   });
   system_.solve_offsets(frame.threads, tolerance, most_iterations, frame.deadline);
   parallel::for_each(frame.threads, estimates_.size(), grain, [&](std::size_t c) {
@@ -168,7 +186,7 @@ void DepthEstimate::leave_out(std::size_t c) {
   node.diagonal = 1.0;
   node.residual = {};
   estimates_[c].fixed = true;
-  if (estimates_[c].level >= 0) node.end = node.begin;
+  if (levels_[c] >= 0) node.end = node.begin;
 }
 
 void DepthEstimate::finish(const Frame& frame) {
@@ -181,6 +199,7 @@ void DepthEstimate::finish(const Frame& frame) {
                            if (finish_contact(frame, c, rough, scratch.search)) scratch.raise.push_back(c);
                          }
                          raise_depths(frame, scratch);
+                         count(frame, begin, end, scratch);
                        });
 }
 
@@ -197,7 +216,7 @@ bool DepthEstimate::finish_contact(const Frame& frame, std::size_t c, bool rough
     return false;
   }
   const Vec3& p = at(frame.positions, contacts.point[c]);
-  if (rough && estimate.level < 0) {
+  if (rough && levels_[c] < 0) {
     set_unknown_depth(frame, c);
     return false;
   }
@@ -212,7 +231,7 @@ bool DepthEstimate::finish_contact(const Frame& frame, std::size_t c, bool rough
     return found;
   };
   const bool guesses = frame.cache.source(c) == PlaneCache::neighbors;
-  if (guesses && estimate.level > 0) {
+  if (guesses && levels_[c] > 0) {
     use_propagated_depth(frame, c);
     return false;
   }
@@ -221,7 +240,7 @@ bool DepthEstimate::finish_contact(const Frame& frame, std::size_t c, bool rough
   const double scale = 1.0 / std::max(estimate.certainty, least_certainty);
   const Vec3 normal = estimate.normal + scale * Vec3{x, y, z};
   const double mean = estimate.depth + scale * (offset - dot(node.place, {x, y, z}));
-  if (estimate.level < 0 || !std::isfinite(mean) || !is_finite(normal)) {
+  if (levels_[c] < 0 || !std::isfinite(mean) || !is_finite(normal)) {
     const SurfacePoint found = nearest();
     contacts.depth[c] = found.distance;
     contacts.direction[c] = found.outward;
@@ -241,7 +260,7 @@ bool DepthEstimate::finish_contact(const Frame& frame, std::size_t c, bool rough
     estimate.from_surface = cancelled;
   }
   // If many neighbours have no computed plane, their mean is not reliable.
-  if (estimate.level > 0 && frame.cache.spared() > 0)
+  if (levels_[c] > 0 && frame.cache.spared() > 0)
     contacts.depth[c] = std::min(contacts.depth[c], estimate.bound);
   estimate.rough = rough;
   if (std::min(estimate.nearest_crossing, estimate.nearest_surface) <= enough(frame, c)) return false;
@@ -291,16 +310,16 @@ Index DepthEstimate::own_point(const Frame& frame, std::size_t c) {
 
 Index DepthEstimate::regions_not_reached() {
   Index regions = 0;
-  for (std::size_t seed = 0; seed < estimates_.size(); ++seed) {
-    if (estimates_[seed].level >= 0) continue;
+  for (std::size_t seed = 0; seed < levels_.size(); ++seed) {
+    if (levels_[seed] >= 0) continue;
     ++regions;
     frontier_.assign(1, static_cast<Index>(seed));
-    estimates_[seed].level = 0;
+    levels_[seed] = 0;
     for (std::size_t next = 0; next < frontier_.size(); ++next) {
       const PlaneSystem::Node& node = at(system_.nodes, frontier_[next]);
       for (Index l = node.begin; l < node.end; ++l) {
         const Index other = at(system_.links, l).node;
-        if (std::exchange(at(estimates_, other).level, 0) < 0) frontier_.push_back(other);
+        if (std::exchange(at(levels_, other), 0) < 0) frontier_.push_back(other);
       }
     }
   }

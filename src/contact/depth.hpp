@@ -78,13 +78,12 @@ class DepthEstimate {
   };
   /// Intermediate data of a contact. Columns of the table are written once, at the end.
   struct Estimate {
-    double depth = 0.0;          ///< sum over its planes; later the depth of the first guess
-    Vec3 normal;                 ///< sum of the normals of its planes; later the normal of the first guess
-    Index level = -1;            ///< 0 at a crossing, otherwise the number of edges from one; -1: not reached
-    Index without_crossing = 0;  ///< border edges
-    double edges = 0.0;          ///< sum of 1 / length^2 of all edges of the point
-    double border_edges = 0.0;   ///< sum of 1 / length^2 of the border edges with a crossing
-    double border_weight = 0.0;  ///< sum of the weights of its crossings and of the surface beside it
+    double depth = 0.0;             ///< sum over its planes; later the depth of the first guess
+    Vec3 normal;                    ///< sum of the normals of its planes; later the normal of the first guess
+    Index without_crossing = 0;     ///< border edges
+    double edges = 0.0;             ///< sum of 1 / length^2 of all edges of the point
+    double border_edges = 0.0;      ///< sum of 1 / length^2 of the border edges with a crossing
+    double border_weight = 0.0;     ///< sum of the weights of its crossings and of the surface beside it
     double crossing_weight = 0.0;   ///< sum of the weights of its crossings
     double links = 0.0;             ///< sum of the weights of its links
     double nearest_crossing = 0.0;  ///< distance
@@ -144,6 +143,9 @@ class DepthEstimate {
     std::vector<Vec3> normals;                  ///< of an edge's crossings, later (n_points)
     std::vector<std::size_t> raise;             ///< contacts that may be nearer to the surface
     std::vector<NearFaces::Search> searches;    ///< of those
+    DepthCounts counts;
+    bool deep = false;       ///< one of the contacts is deep
+    bool unreached = false;  ///< propagation did not reach one of the contacts
   };
   /// Gives a list at least `size` items. None is lost, and none written again.
   template <class T>
@@ -152,6 +154,7 @@ class DepthEstimate {
     if (list.size() < size) list.resize(size);
   }
   /// Why depth or direction of a contact comes from the nearest surface point.
+  static constexpr Index not_reached = -1;
   enum Source : std::uint8_t { from_planes, no_border, raised, cancelled };
 
   /// Squared length of an edge for weights; never zero, even if its points coincide.
@@ -185,7 +188,13 @@ class DepthEstimate {
   void solve_certainty(const Frame& frame);
   void leave_out(std::size_t c);
   void finish(const Frame& frame);
-  [[nodiscard]] DepthCounts count() const;
+  void count(const Frame& frame, std::size_t begin, std::size_t end, Scratch& scratch) const;
+  [[nodiscard]] DepthCounts sum_of_counts();
+  [[nodiscard]] std::span<const Scratch> used_scratches() const {
+    return std::span(scratches_).first(parallel::chunk_count(estimates_.size(), contacts_of_search));
+  }
+  [[nodiscard]] double relative_depth(const Frame& frame, std::size_t c) const;
+  [[nodiscard]] bool is_deep(const Frame& frame, std::size_t c) const;
   bool finish_contact(const Frame& frame, std::size_t c, bool rough, ExitSearch& search);
   [[nodiscard]] double enough(const Frame& frame, std::size_t c) const;
   void raise_depths(const Frame& frame, Scratch& scratch);
@@ -206,8 +215,10 @@ class DepthEstimate {
   PlaneSystem system_;
   std::vector<Index> border_begin_;  ///< (n_contacts + 1) first border edge of each contact
   std::vector<Estimate> estimates_;  ///< (n_contacts)
-  std::vector<Plane> planes_;        ///< (n_contacts) of the first guess
-  std::vector<double> deepest_;      ///< (n_contacts) largest depth in its connected region, in edges
+  std::vector<Index>
+      levels_;  ///< (n_contacts) 0 at a crossing, otherwise the number of edges from one; or not_reached
+  std::vector<Plane> planes_;    ///< (n_contacts) of the first guess
+  std::vector<double> deepest_;  ///< (n_contacts) largest depth in its connected region, in edges
   std::vector<Index> frontier_;
   std::vector<Index> next_;
   std::vector<Scratch> scratches_;  ///< one for each chunk of contacts

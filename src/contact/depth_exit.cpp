@@ -84,27 +84,34 @@ DepthExit find_exit(const Bodies& bodies, std::span<const Vec3> positions, Index
 
 }  // namespace
 
+/// Depth in edges of the point.
+double DepthEstimate::relative_depth(const Frame& frame, std::size_t c) const {
+  return frame.table.contacts().depth[c] / system_.nodes[c].length;
+}
+
+bool DepthEstimate::is_deep(const Frame& frame, std::size_t c) const {
+  return relative_depth(frame, c) > shallow;
+}
+
 /// Finds the largest depth in each connected region of contacts, in edges of the point: shallow contacts may
 /// belong to a deep region. Returns false if no contact is deep. O(contacts + links).
 bool DepthEstimate::find_deepest(const Frame& frame) {
   const Contacts& contacts = frame.table.contacts();
-  const auto relative = [&](std::size_t c) { return contacts.depth[c] / system_.nodes[c].length; };
-  bool any = false;
-  for (std::size_t c = 0; c < contacts.size() && !any; ++c) any = relative(c) > shallow;
-  if (!any) return false;
+  if (std::ranges::none_of(used_scratches(), [](const Scratch& scratch) { return scratch.deep; }))
+    return false;
   constexpr double unknown = -1.0;
   assign_with_room(deepest_, contacts.size(), unknown);
   make_room(frontier_, contacts.size());
   for (std::size_t seed = 0; seed < contacts.size(); ++seed) {
     if (deepest_[seed] != unknown) continue;
     frontier_.assign(1, static_cast<Index>(seed));
-    double deepest = deepest_[seed] = relative(seed);
+    double deepest = deepest_[seed] = relative_depth(frame, seed);
     for (std::size_t next = 0; next < frontier_.size(); ++next) {
       const Range links = at(frame.links.ranges_of_links(), frontier_[next]);
       for (Index l = links.begin; l < links.end; ++l) {
         const Index other = at(frame.links.links(), l);
         if (at(deepest_, other) != unknown) continue;
-        at(deepest_, other) = relative(static_cast<std::size_t>(other));
+        at(deepest_, other) = relative_depth(frame, static_cast<std::size_t>(other));
         deepest = std::max(deepest, at(deepest_, other));
         frontier_.push_back(other);
       }

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <utility>
 
 #include "contact/depth.hpp"
@@ -39,16 +38,19 @@ double DepthEstimate::longer_distance(const Frame& frame, Index p, Index q, doub
 void DepthEstimate::lay_out(const Frame& frame) {
   const Contacts& contacts = frame.table.contacts();
   const std::size_t n = contacts.size();
-  assign_with_room(border_begin_, n + 1, Index{0});
-  for (const BorderEdge& edge : frame.border_edges) ++at(border_begin_, edge.contact + 1);
-  std::partial_sum(border_begin_.begin(), border_begin_.end(), border_begin_.begin());
-  assign_with_room(estimates_, n, Estimate{});
-  assign_with_room(system_.nodes, n, PlaneSystem::Node{});
-  for (std::size_t c = 0; c < n; ++c) {
-    const Range links = frame.links.ranges_of_links()[c];
-    system_.nodes[c].begin = links.begin;
-    system_.nodes[c].end = links.end;
-  }
+  const std::span<const BorderEdge> edges = frame.border_edges;
+  constexpr std::size_t edge_grain = 4096;
+  resize_with_room(border_begin_, n + 1);
+  if (edges.empty()) std::ranges::fill(border_begin_, 0);
+  parallel::for_each(frame.threads, edges.size(), edge_grain, [&](std::size_t e) {
+    const Index before = e > 0 ? edges[e - 1].contact : -1;
+    for (Index c = before + 1; c <= edges[e].contact; ++c) at(border_begin_, c) = static_cast<Index>(e);
+    if (e + 1 == edges.size())
+      std::fill(border_begin_.begin() + edges[e].contact + 1, border_begin_.end(), static_cast<Index>(e + 1));
+  });
+  resize_with_room(estimates_, n);
+  resize_with_room(levels_, n);
+  resize_with_room(system_.nodes, n);
   resize_with_room(system_.links, frame.links.links().size());
 }
 
@@ -75,6 +77,10 @@ void DepthEstimate::add_crossings(const Frame& frame, std::size_t begin, std::si
   find_planes(frame, at(frame.crossings.begin(), border_begin_[begin]),
               at(frame.crossings.begin(), border_begin_[end]), scratch);
   for (std::size_t c = begin; c < end; ++c) {
+    const Range links = frame.links.ranges_of_links()[c];
+    estimates_[c] = Estimate{};
+    levels_[c] = not_reached;
+    system_.nodes[c] = PlaneSystem::Node{.place = {}, .begin = links.begin, .end = links.end};
     estimates_[c].cached = uses_cached_plane(frame, c, late);
     if (!estimates_[c].cached) add_border(frame, c, scratch);
     add_links(frame, c);
@@ -186,7 +192,7 @@ void DepthEstimate::use_cached_plane(const Frame& frame, std::size_t c) {
   estimate.depth = frame.cache.plane(c)->depth;
   estimate.normal = frame.cache.plane(c)->direction;
   estimate.fixed = true;
-  estimate.level = 0;
+  levels_[c] = 0;
 }
 
 /// Adds links to the neighbours in contact with the same body.

@@ -91,7 +91,7 @@ void DepthEstimate::set_propagation_source(std::size_t c) {
   if (!(estimate.border_weight > 0.0)) return;
   estimate.depth /= estimate.border_weight;
   estimate.normal = (1.0 / estimate.border_weight) * estimate.normal;
-  estimate.level = 0;
+  levels_[c] = 0;
   estimate.fixed |= estimate.border_weight > alone * estimate.links;
 }
 

@@ -75,8 +75,8 @@ void EdgeQuery::choose(std::size_t number, const std::pair<std::size_t, std::siz
   const bool is_own = pair.bodies.first == pair.bodies.second;
   std::array<std::int32_t, groups_of_chunk + Cluster::most_primitives> due;
   for (std::size_t place = places.first; place < places.second;) {
-    const std::size_t turned = place + pair.first;
-    const std::size_t begin = turned < groups.size() ? turned : turned - groups.size();
+    const std::size_t wrapped = place + pair.first;
+    const std::size_t begin = wrapped < groups.size() ? wrapped : wrapped - groups.size();
     const std::size_t end = std::min(groups.size(), begin + places.second - place);
     const std::size_t found =
         simd::move_pairs(motions_.of_clusters(is_own), groups.moving(), begin, end, due.data());

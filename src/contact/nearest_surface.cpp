@@ -142,7 +142,7 @@ double ExitSearch::distance_to_side(const Bodies& bodies, std::span<const Vec3> 
 }
 
 bool ExitSearch::stays_clear(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
-                             const Vec3& direction, double radius, double moved, double turned) {
+                             const Vec3& direction, double radius, double moved, double rotated) {
   constexpr double sliver = 1e-12;  // squared sine of an angle below which a normal is too inexact
   start(tet);
   std::size_t next = 0;
@@ -170,7 +170,7 @@ bool ExitSearch::stays_clear(const Bodies& bodies, std::span<const Vec3> positio
       // The ends of both edges move, and a relative change of a vector changes its unit vector by at most
       // twice as much.
       const double change = 2.0 * moved * (std::sqrt(ab2) + std::sqrt(ac2)) + 4.0 * moved * moved;
-      const double rotation = 2.0 * change / std::sqrt(n2) + turned;
+      const double rotation = 2.0 * change / std::sqrt(n2) + rotated;
       const double cosine = dot(normal, direction) / std::sqrt(n2);
       if (cosine <= along + rotation && cosine >= against - rotation) return false;
     }

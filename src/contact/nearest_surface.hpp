@@ -79,11 +79,11 @@ class ExitSearch {
                           const Vec3& direction, double radius);
 
   /// Whether distance_to_side() would still find none within `radius` after each corner has moved by up to
-  /// `moved` and `direction` has changed by up to `turned`. False if this is not certain. O(tets within the
+  /// `moved` and `direction` has changed by up to `rotated`. False if this is not certain. O(tets within the
   /// radius).
   [[nodiscard]] bool stays_clear(const Bodies& bodies, std::span<const Vec3> positions, Index tet,
                                  const Vec3& p, const Vec3& direction, double radius, double moved,
-                                 double turned);
+                                 double rotated);
 
   /// Calls found(tet, opposite, nearest point, distance) for each surface face within `radius` of p that the
   /// walk reaches. O(tets within the radius).

@@ -54,8 +54,8 @@ Vec3 SilhouetteSearch::direction_over(std::span<const Vec3> positions, const Edg
   return normalized(outward);
 }
 
-void SilhouetteSearch::look_at(const Bodies& bodies, std::span<const Vec3> positions, const EdgeLine& line,
-                               const Reached& here, Best& best) {
+void SilhouetteSearch::consider(const Bodies& bodies, std::span<const Vec3> positions, const EdgeLine& line,
+                                const Reached& here, Best& best) {
   const Triangle& corners = at(bodies.triangles(), here.triangle);
   const std::array<Index, 3>& neighbors = at(bodies.triangle_neighbors(), here.triangle);
   find_sides(bodies, positions, line, here.triangle);
@@ -86,13 +86,13 @@ LineExit SilhouetteSearch::nearest(const Bodies& bodies, std::span<const Vec3> p
   heap_.clear();
   reached_.clear();
   reached_.push_back(triangle);
-  look_at(bodies, positions, line, {0.0, triangle, -1}, best);
+  consider(bodies, positions, line, {0.0, triangle, -1}, best);
   while (!heap_.empty() && reached_.size() < most_triangles) {
     std::ranges::pop_heap(heap_, std::greater{}, &Reached::distance);
     const Reached here = heap_.back();
     heap_.pop_back();
     if (here.distance >= best.bound) break;
-    look_at(bodies, positions, line, here, best);
+    consider(bodies, positions, line, here, best);
   }
   return best.exit;
 }

@@ -64,8 +64,8 @@ class SilhouetteSearch {
     LineExit exit;
     double bound = 0.0;  ///< its distance and allowance
   };
-  void look_at(const Bodies& bodies, std::span<const Vec3> positions, const EdgeLine& line,
-               const Reached& here, Best& best);
+  void consider(const Bodies& bodies, std::span<const Vec3> positions, const EdgeLine& line,
+                const Reached& here, Best& best);
   void find_sides(const Bodies& bodies, std::span<const Vec3> positions, const EdgeLine& line,
                   Index triangle);
   [[nodiscard]] Vec3 direction_over(std::span<const Vec3> positions, const EdgeLine& line, std::size_t side,
