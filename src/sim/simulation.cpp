@@ -184,7 +184,7 @@ const StepMetrics& Simulation::step() {
   try {
     s.advance();
   } catch (const Error& error) {
-    s.metrics = last;
+    s.set_metrics(last);
     const std::string step = "step " + std::to_string(last.step + 1);
     const std::string where = error.where().empty() ? step : error.where() + ", " + step;
     throw Error(error.source(), where, error.found(), error.expected());

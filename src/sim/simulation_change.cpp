@@ -105,7 +105,7 @@ void Simulation::State::copy_from(const State& from) {
   std::erase_if(saved.edge_ends, [&](const EdgeEnd& e) { return gone(e.points.front(), e.body); });
   response.set_kept(saved.kept_contacts);
   response.set_edge_ends(saved.edge_ends);
-  metrics = saved.metrics;
+  set_metrics(saved.metrics);
   last_length = saved.last_length;
   metrics.time = from.metrics.time;
   detect(dynamics.positions(), true);

@@ -86,7 +86,7 @@ void Simulation::set_positions(std::span<const Index> points, std::span<const Ve
   try {
     s.detect(all, true);
   } catch (...) {
-    s.metrics = before;
+    s.set_metrics(before);
     DetectorSteps::swap_back(s.detector);
     throw;
   }

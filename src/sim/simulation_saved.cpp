@@ -48,7 +48,7 @@ void Simulation::State::copy_state(const SavedState& saved) {
   if (saved.records_reactions) dynamics.find_constrained_elements();
   records_reactions = saved.records_reactions;
   reactions = saved.reactions;
-  metrics = saved.metrics;
+  set_metrics(saved.metrics);
   last_length = saved.last_length;
   metrics.time = static_cast<double>(metrics.step) * settings.time_step;
   metrics.inverted_tets = dynamics.inverted_elements();

@@ -71,8 +71,21 @@ struct Simulation::State {
   [[nodiscard]] int most_solves(bool stops_passes) const;
   bool stop_passes();
   void count_passes();
-  void solve_with_speculative_contacts(const StepMetrics& last);
-  void solve_step(const StepMetrics& last);
+  /// What the loop of solves and detections goes by; the metrics only tell of it.
+  struct Progress {
+    int solves = 0;  ///< in the substep, with those of an attempt with BDF2
+    std::int64_t stopped_passes = 0;
+    double detection_seconds = 0.0;  ///< of the time budget, in the substep
+    bool complete = true;            ///< the last detection found all contacts
+  };
+  /// How a solution came about.
+  struct Solution {
+    bool converged = false;
+    std::int64_t speculative_contacts = 0;
+  };
+  Solution solve_with_speculative_contacts(const StepMetrics& last);
+  Solution solve_step(const StepMetrics& last);
+  void set_metrics(const StepMetrics& of);
   void undo_step(bool detected);
   bool solve_second_order(const StepMetrics& last);
   void advance();
@@ -128,6 +141,7 @@ struct Simulation::State {
   };
   Substep substep;
   double last_length;  ///< of the last substep, s; the time step before the first
+  Progress progress;
   StepMetrics metrics;
   std::int64_t slow_steps = 0;  ///< consecutive steps in which no body was faster than the rest speed
 };

@@ -34,15 +34,14 @@ double Simulation::State::budget_seconds() const {
 double Simulation::State::budget_left() const {
   if (!spends_time()) return 1.0;
   constexpr double least = 0.01;  // every detection gets some time
-  return std::max(1.0 - total(metrics.detection_seconds) / budget_seconds(), least);
+  return std::max(1.0 - progress.detection_seconds / budget_seconds(), least);
 }
 
 /// Whether enough time is left for two detections: one at the predicted positions and one at the end of the
 /// step.
 bool Simulation::State::can_predict() const {
   if (!spends_time()) return true;
-  return metrics.detection.completeness == 1.0 &&
-         detector.least_seconds() < fraction_ahead * budget_left() * budget_seconds();
+  return progress.complete && detector.least_seconds() < fraction_ahead * budget_left() * budget_seconds();
 }
 
 /// Detects contacts.
@@ -51,6 +50,14 @@ void Simulation::State::detect(std::span<const Vec3> positions, bool last) {
   detector.detect(positions, (last || !spends_time() ? 1.0 : fraction_ahead) * budget_left());
   metrics.detection = detector.counts();
   metrics.detection_seconds += detector.times();
+  progress.detection_seconds += total(detector.times());
+  progress.complete = metrics.detection.completeness == 1.0;
+}
+
+/// Goes back to the metrics of a step.
+void Simulation::State::set_metrics(const StepMetrics& of) {
+  metrics = of;
+  progress.complete = of.detection.completeness == 1.0;
 }
 
 /// Sets the tension of fibres at a time, s.
@@ -68,6 +75,8 @@ void Simulation::State::set_end() {
 }
 
 void Simulation::State::reset_counts() {
+  progress.solves = 0;
+  progress.detection_seconds = 0.0;
   metrics.substeps = 1;
   metrics.solves = 0;
   metrics.solver_iterations = 0;
@@ -81,8 +90,7 @@ void Simulation::State::reset_counts() {
 void Simulation::State::begin_step() {
   step_loads = loads.forces(bodies, dynamics.positions(), settings.gravity, substep.end);
   dynamics.begin_step(substep.length, settings.gravity, step_loads);
-  metrics.solver_converged = true;
-  metrics.speculative_contacts = 0;
+  progress.stopped_passes = 0;
   metrics.stopped_passes = 0;
   metrics.passes = 0;
   if (settings.detection.continuous) swept.begin_step(dynamics.positions(), DetectorSteps::table(detector));
@@ -103,7 +111,8 @@ bool Simulation::State::solve(bool loose, bool steady) {
                       .rough = loose,
                       .fixed_iterations = solver.fixed_iterations.value_or(0)},
                      steady);
-  metrics.solves += report.solves;
+  progress.solves += report.solves;
+  metrics.solves = progress.solves;
   metrics.solver_iterations += report.iterations;
   // Free fall does not count as a blow-up, however small the body is.
   const double fall =
@@ -122,34 +131,36 @@ fem::ContactSet Simulation::State::contact_set() {
 
 /// Solve, detect at the predicted positions, add speculative contacts; repeat until none are new. A solve
 /// that only has to predict positions is loose: the first after a step in which bodies met, and while new
-/// contacts push harder than all acting ones. A solution may turn the frames of bodies: the next solve is for
-/// the new frames and the new contacts together. One for frames alone follows where no new contacts are
+/// contacts push harder than all acting ones. A solution may rotate the frames of bodies: the next solve is
+/// for the new frames and the new contacts together. One for frames alone follows where no new contacts are
 /// expected. When contacts have converged, solve again if the forces of the tissue are not those of its
 /// linearisation.
 /// \param last  metrics of the step before
-void Simulation::State::solve_with_speculative_contacts(const StepMetrics& last) {
-  constexpr int most_turns = 8;
+Simulation::State::Solution Simulation::State::solve_with_speculative_contacts(const StepMetrics& last) {
+  constexpr int most_rotations = 8;
   constexpr double many = 1.0;
-  metrics.looks_ahead = can_predict();
+  const bool predicts = can_predict();
+  metrics.looks_ahead = predicts;
   const bool fixed = settings.solver.fixed_iterations.has_value();
-  bool loose = last.speculative_contacts > 0 && metrics.looks_ahead && !fixed;
+  bool loose = last.speculative_contacts > 0 && predicts && !fixed;
   bool steady = (last.detections == 1 || last.order == 2) && !fixed;
   const auto known = std::ssize(response.laws());
   bool settled = last.speculative_contacts == 0;  // no new contacts are expected
-  int turns = 0;                                  // since the last new contacts
+  int rotations = 0;                              // of frames, since the last new contacts
+  Solution solution;
   while (true) {
     Stopwatch watch;
-    metrics.solver_converged = solve(loose, steady);
-    const bool solves_again = metrics.solves < most_solves(metrics.stopped_passes > 0);
-    bool turned = dynamics.update_rotating_frames();
-    if (turned && (turns == most_turns || !solves_again)) {
-      metrics.solver_converged = false;
-      turned = false;
+    solution.converged = solve(loose, steady);
+    const bool solves_again = progress.solves < most_solves(progress.stopped_passes > 0);
+    bool rotated = dynamics.update_rotating_frames();
+    if (rotated && (rotations == most_rotations || !solves_again)) {
+      solution.converged = false;
+      rotated = false;
     }
     metrics.solver_seconds += watch.lap();
     const bool searches_again = can_predict() && solves_again;
-    if (turned && (settled || !searches_again)) {
-      ++turns;
+    if (rotated && (settled || !searches_again)) {
+      ++rotations;
       loose = false;
       continue;
     }
@@ -161,17 +172,18 @@ void Simulation::State::solve_with_speculative_contacts(const StepMetrics& last)
                                                       dynamics.end_positions(), dynamics.mean_velocities(),
                                                       normal_forces(), couplings)
                            : 0.0;
-    const bool passes = met == 0.0 && !loose && !turned && stop_passes();
+    const bool passes = met == 0.0 && !loose && !rotated && stop_passes();
     settled = met == 0.0 && !passes;
-    turns = settled ? turns : 0;
-    metrics.speculative_contacts = std::ssize(response.laws()) - known;
+    rotations = settled ? rotations : 0;
+    solution.speculative_contacts = std::ssize(response.laws()) - known;
     metrics.forces_seconds += watch.lap();
-    if (dynamics.is_second_order() && metrics.speculative_contacts > 0) return;  // the step will be undone
-    const bool solved = settled && !loose && !turned;
+    if (dynamics.is_second_order() && solution.speculative_contacts > 0)
+      return solution;  // the step will be undone
+    const bool solved = settled && !loose && !rotated;
     if (solved && (fixed || !dynamics.relinearise_tissue(settings.solver.tolerance))) break;
     if (solved && !searches_again) {
       dynamics.end_where_linearised();
-      metrics.solver_converged = false;
+      solution.converged = false;
       break;
     }
     loose = met > many && !fixed;
@@ -179,10 +191,11 @@ void Simulation::State::solve_with_speculative_contacts(const StepMetrics& last)
   }
   // This detection had only half of the remaining time, so it may have missed contacts that matter in the
   // next step.
-  if (metrics.detection.completeness < 1.0 && spends_time()) {
+  if (!progress.complete && spends_time()) {
     detect(dynamics.end_positions(), true);
     ++metrics.detections;
   }
+  return solution;
 }
 
 /// Norm of the normal forces of the contacts at the last solution (root of their sum of squares), N.
@@ -197,7 +210,7 @@ double Simulation::State::normal_forces() const {
 }
 
 /// Forces and the end of a substep, computed from the positions and velocities of `dynamics`.
-void Simulation::State::solve_step(const StepMetrics& last) {
+Simulation::State::Solution Simulation::State::solve_step(const StepMetrics& last) {
   Stopwatch watch;
   couplings.clear();
   grabs.append(dynamics.positions(), dynamics.point_masses(), couplings);
@@ -214,7 +227,10 @@ void Simulation::State::solve_step(const StepMetrics& last) {
   metrics.forces_seconds += watch.lap();
   begin_step();
   metrics.solver_seconds += watch.lap();
-  solve_with_speculative_contacts(last);
+  const Solution solution = solve_with_speculative_contacts(last);
+  metrics.solver_converged = solution.converged;
+  metrics.speculative_contacts = solution.speculative_contacts;
+  return solution;
 }
 
 /// \param detected  the step began with a detection of its own; otherwise it uses the held table
@@ -244,8 +260,8 @@ bool Simulation::State::solve_second_order(const StepMetrics& last) {
     ++metrics.detections;
   }
   try {
-    solve_step(last);
-    if (metrics.speculative_contacts == 0 && metrics.solver_converged) return true;
+    const Solution solution = solve_step(last);
+    if (solution.speculative_contacts == 0 && solution.converged) return true;
   } catch (const Error&) {
     // A step of implicit Euler may still succeed.
   }

@@ -63,8 +63,7 @@ bool Simulation::State::try_substep(const StepMetrics& last, bool may_divide) {
   DetectorSteps::hold(detector);
   bool solved = false;
   try {
-    solve_step(last);
-    solved = metrics.solver_converged || !may_divide;
+    solved = solve_step(last).converged || !may_divide;
   } catch (const Error&) {
     if (!may_divide) {
       undo_substep();
@@ -129,7 +128,7 @@ void Simulation::State::advance() {
     metrics = sum;
   } catch (const Error&) {
     copy_state(start);
-    metrics = last;
+    set_metrics(last);
     substep = whole;
     reset_counts();
     set_end();

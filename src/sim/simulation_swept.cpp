@@ -25,11 +25,12 @@ bool Simulation::State::stop_passes() {
   const auto stops =
       swept.find(threads, predicted(), DetectorSteps::may_touch(detector), response,
                  std::span(couplings).subspan(first_contact, first_speculative - first_contact));
-  const bool solves_again = can_predict() && metrics.solves < most_solves(true);
+  const bool solves_again = can_predict() && progress.solves < most_solves(true);
   metrics.passes = swept.left() + (solves_again ? 0 : std::ssize(stops));
   if (stops.empty() || !solves_again) return false;
   swept.stop(predicted(), response, couplings);
-  metrics.stopped_passes += std::ssize(stops);
+  progress.stopped_passes += std::ssize(stops);
+  metrics.stopped_passes = progress.stopped_passes;
   return true;
 }
 

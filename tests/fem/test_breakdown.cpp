@@ -143,9 +143,9 @@ TEST(Breakdown, AStepThatIsNotEndedChangesNothing) {
   dynamics.begin_step(0.01, {0.0, 0.0, -9.81}, {});
   dynamics.solve({}, {1e-5, 50});
   const auto end = dynamics.end_positions();
-  const std::vector<Vec3> foreseen(end.begin(), end.end());
+  const std::vector<Vec3> predicted(end.begin(), end.end());
   dynamics.end_step();
-  EXPECT_TRUE(std::ranges::equal(dynamics.positions(), foreseen));
+  EXPECT_TRUE(std::ranges::equal(dynamics.positions(), predicted));
   other.step(0.01, {0.0, 0.0, -9.81}, {}, {}, 1e-5, 50);
   EXPECT_GT(*std::ranges::max_element(dynamics.inversion_clocks()), 0.0) << "noise inverts some";
   for (Dynamics* d : {&dynamics, &other})

@@ -183,7 +183,7 @@ TEST(ContactResponse, DampsChatterByTheErrorOfTheForceWhichDecays) {
   EXPECT_NEAR(first, 1.5 - 1.0, 1e-9);
   EXPECT_NEAR(damping(-0.004, 1.0), 0.99 * first, 1e-9) << "fades";
   ASSERT_EQ(damping(0.02, 1.0), 0.0) << "gone";
-  EXPECT_NEAR(damping(0.0, -1.0), 1.0, 1e-9) << "back: nothing of the force was foreseen, 1 N by 1 m/s";
+  EXPECT_NEAR(damping(0.0, -1.0), 1.0, 1e-9) << "back: nothing of the force was predicted, 1 N by 1 m/s";
   ASSERT_EQ(damping(0.02, 1.0), 0.0);
   for (int i = 0; i < ContactTable::longest_absence; ++i) damping(0.02, 1.0);
   EXPECT_EQ(damping(0.0, -1.0), 0.0) << "forgotten";
