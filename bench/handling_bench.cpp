@@ -1,5 +1,8 @@
 // The parts of a detection after the query of contacts, frame by frame; and border edges against triangles,
 // compared with Embree.
+#include <array>
+#include <cstdint>
+#include <span>
 #include <vector>
 
 #include <palpate/detection.hpp>
@@ -16,35 +19,68 @@ namespace {
 constexpr std::uint32_t handling_warm_up = 4;
 constexpr int handling_frames = 41;
 
-DetectionSettings settings_of(const measure::QueryScene& scene, bool coherence) {
-  DetectionSettings settings;
-  settings.self_collision = scene.self_collision;
-  settings.coherence = coherence;
-  return settings;
+/// A method of detection. All of them take turns with each frame.
+struct Method {
+  const char* name;
+  bool coherence;
+  bool edge_contacts = true;
+};
+
+struct Times {
+  std::vector<double> all;
+  std::vector<double> contacts;
+  [[nodiscard]] Json medians() const {
+    return {{"all_ms", 1e3 * median(all)}, {"contacts_ms", 1e3 * median(contacts)}};
+  }
+};
+
+/// Contacts, border edges, crossings and depths by each method: medians in ms.
+Json detections(const measure::QueryScene& scene, std::span<const Method> methods, std::uint32_t frames) {
+  std::vector<Detector> detectors;
+  for (const Method& method : methods) {
+    DetectionSettings settings;
+    settings.self_collision = scene.self_collision;
+    settings.coherence = method.coherence;
+    settings.edge_contacts = method.edge_contacts;
+    detectors.emplace_back(scene.bodies, settings, std::vector<std::uint8_t>{}, 1);
+  }
+  std::vector<Times> times(methods.size());
+  std::vector<Vec3> positions;
+  for (std::uint32_t frame = 0; frame < handling_warm_up + frames; ++frame) {
+    scene.place(frame, positions);
+    for (std::size_t m = 0; m < methods.size(); ++m) {
+      const double start = processor_time();
+      detectors[m].detect(positions);
+      const double taken = processor_time() - start;
+      if (frame < handling_warm_up) continue;
+      times[m].all.push_back(taken);
+      times[m].contacts.push_back(detectors[m].times().grid + detectors[m].times().contacts);
+    }
+  }
+  Json result;
+  for (std::size_t m = 0; m < methods.size(); ++m) result[methods[m].name] = times[m].medians();
+  const DetectionCounts& counts = detectors.front().counts();
+  result["counts"] = {
+      {"contacts", counts.contacts}, {"border_edges", counts.border_edges}, {"crossings", counts.crossings}};
+  return result;
 }
 
-/// Contacts, border edges, crossings and depths, with and without coherence: medians in ms.
 Json whole_detection(const measure::QueryScene& scene, std::uint32_t frames) {
+  constexpr std::array methods{Method{"clustered", false}, Method{"coherent", true},
+                               Method{"points alone", false, false}};
   Json result{{"name", scene.name}, {"frames", frames}};
-  for (const bool coherence : {false, true}) {
-    Detector detector(scene.bodies, settings_of(scene, coherence), {}, 1);
-    std::vector<double> all;
-    std::vector<double> contacts;
-    std::vector<Vec3> positions;
-    for (std::uint32_t frame = 0; frame < handling_warm_up + frames; ++frame) {
-      scene.place(frame, positions);
-      const double start = processor_time();
-      detector.detect(positions);
-      if (frame < handling_warm_up) continue;
-      all.push_back(processor_time() - start);
-      contacts.push_back(detector.times().grid + detector.times().contacts);
-    }
-    result[coherence ? "coherent" : "clustered"] = {{"all_ms", 1e3 * median(all)},
-                                                    {"contacts_ms", 1e3 * median(contacts)}};
-    result["counts"] = {{"contacts", detector.counts().contacts},
-                        {"border_edges", detector.counts().border_edges},
-                        {"crossings", detector.counts().crossings}};
-  }
+  result.update(detections(scene, methods, frames));
+  return result;
+}
+
+/// Points move by up to a ten thousandth of what they move by in the other cases: less than any margin within
+/// which candidates are kept.
+Json detection_at_rest(measure::QueryScene scene, std::uint32_t frames) {
+  constexpr std::array methods{Method{"clustered", false}, Method{"coherent", true}};
+  scene.tremble *= 1e-4;
+  scene.shift = 0.0;
+  Json result{{"name", scene.name}, {"frames", frames}};
+  result["at_rest"] = detections(scene, methods, frames);
   return result;
 }
 
@@ -73,11 +109,13 @@ Json border_edges(const measure::QueryScene& scene, int frames) {
 Part handling_part(const SpeedEffort& effort) {
   const int frames = effort.frames_or(handling_frames);
   const auto scene = [] { return measure::stacking_scene(10); };
-  return {"handling",
-          {{"border edges", 1e4, [=] { return border_edges(scene(), frames); }},
-           {"whole detection", 1e4,
-            [=] { return whole_detection(scene(), static_cast<std::uint32_t>(frames)); }}},
-          handling_rows};
+  return {
+      "handling",
+      {{"border edges", 1e4, [=] { return border_edges(scene(), frames); }},
+       {"whole detection", 1e4, [=] { return whole_detection(scene(), static_cast<std::uint32_t>(frames)); }},
+       {"detection at rest", 1e4,
+        [=] { return detection_at_rest(scene(), static_cast<std::uint32_t>(frames)); }}},
+      handling_rows};
 }
 
 }  // namespace palpate::bench

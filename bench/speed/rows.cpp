@@ -127,11 +127,20 @@ Json handling_rows(const Json& cases) {
                                          edges->at("embree_ms"),
                                          "Embree, " + edges->at("embree_mode").get<std::string>())));
     }
-    if (const auto whole = c.find("clustered"); whole != c.end()) {
+    for (const auto& [key, work] : {std::pair("clustered", "whole collision handling"),
+                                    std::pair("points alone", "handling of points alone")}) {
+      const auto whole = c.find(key);
+      if (whole == c.end()) continue;
       const double all = whole->at("all_ms");
       const double contacts = whole->at("contacts_ms");
-      rows.push_back(with_verdict({"whole collision handling relative to its contact query, " + name, "ms",
-                                   all, contacts, "its contacts", all / contacts}));
+      rows.push_back(with_verdict({fmt::format("{} relative to its contact query, {}", work, name), "ms", all,
+                                   contacts, "its contacts", all / contacts}));
+    }
+    if (const auto rest = c.find("at_rest"); rest != c.end()) {
+      const double with = rest->at("coherent").at("all_ms");
+      const double without = rest->at("clustered").at("all_ms");
+      rows.push_back(with_verdict({"handling at rest, with coherence relative to without, " + name, "ms",
+                                   with, without, "without coherence", 100.0 * with / without}));
     }
   }
   return rows;
@@ -224,6 +233,15 @@ Json tissue_rows(const Json& cases) {
 
 Json instructions_rows(const Json& cases) {
   Json rows = Json::array();
+  for (const Json& c : cases) {
+    const std::string name = c.at("name");
+    const std::string unit = c.at("unit");
+    const std::string work = fmt::format("{}, instructions per {}", name, unit);
+    if (!has_goal(work)) continue;
+    const double units = c.at("units");
+    rows.push_back(with_verdict({work, "M", c.at("instructions").get<double>() / 1e6, units / 1e6,
+                                 "units of work", c.at("per_unit")}));
+  }
   for (const Json& c : cases) {
     const std::string work = "parallel part of the instructions, " + c.at("name").get<std::string>();
     if (!has_goal(work)) continue;

@@ -44,7 +44,11 @@ Json handling_cases() {
   Json cases =
       Json::array({{{"name", "stacking 10000"},
                     {"border_edges", {{"ms", 0.5}, {"embree_ms", 5.0}, {"embree_mode", "refit, per body"}}}},
-                   {{"name", "stacking 10000"}, {"clustered", {{"all_ms", 1.2}, {"contacts_ms", 0.2}}}}});
+                   {{"name", "stacking 10000"},
+                    {"clustered", {{"all_ms", 1.2}, {"contacts_ms", 0.2}}},
+                    {"points alone", {{"all_ms", 0.8}, {"contacts_ms", 0.2}}}},
+                   {{"name", "stacking 10000"},
+                    {"at_rest", {{"clustered", {{"all_ms", 1.0}}}, {"coherent", {{"all_ms", 0.6}}}}}}});
   return cases;
 }
 
@@ -64,9 +68,15 @@ Json threads_cases() {
 
 Json instructions_cases() {
   Json cases = Json::array();
-  for (const char* name : {"depth", "whole detection", "step of the falling stack"}) {
-    cases.push_back(
-        {{"name", name}, {"instructions", 2e8}, {"parallel", {{"longest_chain", 1.6e7}, {"share", 0.92}}}});
+  for (const auto& [name, unit] :
+       {std::pair("assembly", "tet"), std::pair("depth", "contact"), std::pair("crossings", "border edge"),
+        std::pair("whole detection", "tet"), std::pair("step of the falling stack", "tet")}) {
+    cases.push_back({{"name", name},
+                     {"unit", unit},
+                     {"units", 5e5},
+                     {"per_unit", 400.0},
+                     {"instructions", 2e8},
+                     {"parallel", {{"longest_chain", 1.6e7}, {"share", 0.92}}}});
   }
   return cases;
 }
@@ -141,6 +151,11 @@ TEST(SpeedRows, RatiosAreThoseByHand) {
   const Json whole = row(handling, "whole collision handling relative to its contact query, stacking 10000");
   EXPECT_NEAR(whole["ratio"].get<double>(), 6.0, 1e-12);
   EXPECT_EQ(whole["verdict"], "missed") << "at most 5";
+  EXPECT_NEAR(
+      row(handling, "handling of points alone relative to its contact query, stacking 10000")["ratio"], 4.0,
+      1e-12);
+  EXPECT_DOUBLE_EQ(
+      row(handling, "handling at rest, with coherence relative to without, stacking 10000")["ratio"], 60.0);
   const Json threads = threads_rows(threads_cases());
   EXPECT_EQ(threads.size(), 7U) << "two for each stack; one for the falling one; none for the eye";
   const Json detection = row(threads, "whole detection, 2 threads against 1, stacking 10000");
@@ -148,7 +163,8 @@ TEST(SpeedRows, RatiosAreThoseByHand) {
   EXPECT_EQ(detection["verdict"], "met");
   EXPECT_EQ(row(threads, "update of the grid, 2 threads against 1, stacking 10000")["verdict"], "missed");
   const Json instructions = instructions_rows(instructions_cases());
-  EXPECT_EQ(instructions.size(), 2U) << "only two have a goal";
+  EXPECT_EQ(instructions.size(), 4U) << "only these have a goal";
+  EXPECT_EQ(row(instructions, "crossings, instructions per border edge")["verdict"], "met");
   EXPECT_DOUBLE_EQ(row(instructions, "parallel part of the instructions, whole detection")["ratio"], 92.0);
   const Json movers = movers_rows(movers_cases());
   EXPECT_DOUBLE_EQ(row(movers, "adding 2 % movers, 128k entries, against memcpy")["ratio"], 5.0);
