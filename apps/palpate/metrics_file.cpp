@@ -23,13 +23,14 @@ std::string header(const Units& units, const OutcomeProbe& outcomes) {
       "cancelled_directions,"
       "regions_without_border,border_edges_without_crossing,folded_pairs,approximated_primitives,"
       "dropped_cells,late_clusters,rough_depths,completeness,looks_ahead,sort,cuckoo_occupancy,cuckoo_"
-      "retries,cuckoo_growths,detections,speculative_contacts,stopped_passes,passes,solves,solver_iterations,"
+      "retries,cuckoo_growths,detections,speculative_contacts,stopped_passes,passes,pairs_that_could_pass,"
+      "solves,solver_iterations,"
       "solver_converged,substeps,order,inverted_tets";
   line += in("kinetic_energy", unit_name(units, dimension::energy)) +
           in("elastic_energy", unit_name(units, dimension::energy));
   line += in("largest_speed", unit_name(units, dimension::speed)) +
           in("fastest_body", unit_name(units, dimension::speed)) + in("deepest", units.length) +
-          in("normal_force", unit_name(units, dimension::force)) +
+          in("thinnest", units.length) + in("normal_force", unit_name(units, dimension::force)) +
           in("largest_contact_force", unit_name(units, dimension::force));
   for (std::size_t i = 0; i < outcomes.infos().size(); ++i) {
     const OutcomeInfo& info = outcomes.infos()[i];
@@ -66,12 +67,12 @@ void MetricsFile::add(const StepMetrics& m, const ForcesOfStep& forces,
       fmt::format(",{},{},{:.4f},{}", c.late_clusters, c.rough_depths, c.completeness, m.looks_ahead ? 1 : 0);
   const CuckooCounts points = c.cuckoo_points.value_or(CuckooCounts{});
   const CuckooCounts edges = c.cuckoo_edges.value_or(CuckooCounts{});
-  line += fmt::format(",{},{:.4f},{},{},{},{},{},{},{},{},{},{},{},{}", sort, points.occupancy(),
+  line += fmt::format(",{},{:.4f},{},{},{},{},{},{},{},{},{},{},{},{},{}", sort, points.occupancy(),
                       points.retries() + edges.retries(), points.growths + edges.growths, m.detections,
-                      m.speculative_contacts, m.stopped_passes, m.passes, m.solves, m.solver_iterations,
-                      m.solver_converged ? 1 : 0, m.substeps, m.order, m.inverted_tets);
+                      m.speculative_contacts, m.stopped_passes, m.passes, m.pairs_that_could_pass, m.solves,
+                      m.solver_iterations, m.solver_converged ? 1 : 0, m.substeps, m.order, m.inverted_tets);
   for (const double value : {m.kinetic_energy, m.elastic_energy, m.largest_speed, m.fastest_body, m.deepest,
-                             forces.normal, forces.largest}) {
+                             m.thinnest, forces.normal, forces.largest}) {
     line.append(1, ',').append(exact_text(value));
   }
   for (const OutcomeValue& outcome : outcomes) {

@@ -24,6 +24,9 @@ void bind_metrics(nb::module_& m) {
       .add("speculative_contacts", &StepMetrics::speculative_contacts, doc::StepMetrics_speculative_contacts)
       .add("stopped_passes", &StepMetrics::stopped_passes, doc::StepMetrics_stopped_passes)
       .add("passes", &StepMetrics::passes, doc::StepMetrics_passes)
+      .add("pairs_that_could_pass", &StepMetrics::pairs_that_could_pass,
+           doc::StepMetrics_pairs_that_could_pass)
+      .add("thinnest", &StepMetrics::thinnest, doc::StepMetrics_thinnest)
       .add("looks_ahead", &StepMetrics::looks_ahead, doc::StepMetrics_looks_ahead)
       .add("solver_iterations", &StepMetrics::solver_iterations, doc::StepMetrics_solver_iterations)
       .add("solver_converged", &StepMetrics::solver_converged, doc::StepMetrics_solver_converged)

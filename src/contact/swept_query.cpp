@@ -68,14 +68,24 @@ std::span<const SweptContact> SweptQuery::find(const parallel::Threads& threads,
   const Step step{threads, from, end, filter, settings};
   mark_clusters();
   find_cluster_pairs(step);
-  counts_.cluster_pairs = pairs_.size();
+  count_cluster_pairs();
   test_pairs(step);
   return contacts_;
 }
 
 void SweptQuery::count(const parallel::Threads& threads, std::span<const Vec3> start,
                        std::span<const Vec3> end, const PairFilter& filter, const SweptSettings& settings) {
+  if (!may_pass(threads, start, end, filter, settings)) return;
+  mark_clusters();
+  find_cluster_pairs({threads, start, end, filter, settings});
+  count_cluster_pairs();
+}
+
+bool SweptQuery::may_pass(const parallel::Threads& threads, std::span<const Vec3> start,
+                          std::span<const Vec3> end, const PairFilter& filter,
+                          const SweptSettings& settings) {
   begin({threads, start, end, filter, settings}, start);
+  return !body_pairs_.empty();
 }
 
 /// \param from  where the paths begin
@@ -86,7 +96,6 @@ void SweptQuery::begin(const Step& step, std::span<const Vec3> from) {
   if (from.data() != step.start.data()) extend_places(step, from);
   sweep_bodies();
   find_body_pairs(step);
-  counts_.body_pairs = body_pairs_.size();
 }
 
 /// Boxes grow by rounding errors of positions and by the tolerance, so that touches within it are found, too.
@@ -145,7 +154,6 @@ void SweptQuery::find_body_pairs(const Step& step) {
     const double low_b = at(of_bodies_, b).places.lower.x;
     return low_a != low_b ? low_a < low_b : a < b;
   });
-  double thinnest = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < by_lower_.size(); ++i) {
     const Swept& first = at(of_bodies_, by_lower_[i]);
     for (std::size_t j = i; j < by_lower_.size(); ++j) {
@@ -159,15 +167,30 @@ void SweptQuery::find_body_pairs(const Step& step) {
       if (!may_touch(step.filter, a, b)) continue;
       make_room(body_pairs_, body_pairs_.size() + 1);
       body_pairs_.push_back({a, b});
-      thinnest = std::min(thinnest, thickness);
     }
   }
   std::sort(body_pairs_.begin(), body_pairs_.end());
-  counts_.thinnest = body_pairs_.empty() ? 0.0 : thinnest;
 }
 
-bool SweptQuery::is_body_pair(Index a, Index b) const {
-  return std::binary_search(body_pairs_.begin(), body_pairs_.end(), Pair{std::min(a, b), std::max(a, b)});
+/// Number of a pair of clusters' bodies in body_pairs_; -1 if it is not there.
+std::ptrdiff_t SweptQuery::body_pair_of(const Pair& clusters) const {
+  const Index a = at(surface_.clusters.clusters, clusters[0]).body;
+  const Index b = at(surface_.clusters.clusters, clusters[1]).body;
+  const Pair wanted{std::min(a, b), std::max(a, b)};
+  const auto found = std::ranges::lower_bound(body_pairs_, wanted);
+  return found != body_pairs_.end() && *found == wanted ? found - body_pairs_.begin() : -1;
+}
+
+/// The boxes of bodies meet more often than the bodies, so what could pass is counted by clusters.
+void SweptQuery::count_cluster_pairs() {
+  counts_.cluster_pairs = pairs_.size();
+  assign_with_room(has_clusters_, body_pairs_.size(), std::uint8_t{0});
+  for (const Pair& pair : pairs_) {
+    at(has_clusters_, body_pair_of(pair)) = 1;
+    const double thickness = std::min(at(thickness_.of_cluster, pair[0]), at(thickness_.of_cluster, pair[1]));
+    counts_.thinnest = counts_.thinnest > 0.0 ? std::min(counts_.thinnest, thickness) : thickness;
+  }
+  counts_.body_pairs = static_cast<std::size_t>(std::ranges::count(has_clusters_, 1));
 }
 
 /// Marks the clusters that meet the swept box of the other body.
@@ -212,9 +235,8 @@ void SweptQuery::find_cluster_pairs(const Step& step) {
             if (!first.places.overlaps(second.places)) continue;
             const double thickness = std::min(at(thickness_.of_cluster, a), at(thickness_.of_cluster, b));
             if (!(furthest(first.motion, second.motion) > step.settings.least_motion * thickness)) continue;
-            if (!is_body_pair(at(surface_.clusters.clusters, a).body, at(surface_.clusters.clusters, b).body))
-              continue;
-            list.push_back({std::min(a, b), std::max(a, b)});
+            const Pair pair{std::min(a, b), std::max(a, b)};
+            if (body_pair_of(pair) >= 0) list.push_back(pair);
           }
         }
       });

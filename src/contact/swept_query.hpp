@@ -40,11 +40,10 @@ struct SweptSettings {
 
 /// Counts of a query.
 struct SweptCounts {
-  std::size_t body_pairs =
-      0;  ///< pairs of bodies that could pass: swept boxes meet, relative motion above least_motion
-  std::size_t cluster_pairs = 0;  ///< pairs of clusters of which the same holds
+  std::size_t body_pairs = 0;     ///< pairs of bodies with such pairs of clusters
+  std::size_t cluster_pairs = 0;  ///< that could pass: swept boxes meet, relative motion above least_motion
   std::size_t tested = 0;         ///< pairs of primitives whose swept boxes meet
-  double thinnest = 0.0;          ///< minimum local thickness in the body pairs, m; 0 where there are none
+  double thinnest = 0.0;          ///< minimum local thickness of these clusters, m; 0 where there are none
 };
 
 /// Finds primitives that pass or touch each other within a step: surface points of bodies against surface
@@ -69,7 +68,12 @@ class SweptQuery {
                                      std::span<const Vec3> from, std::span<const Vec3> end,
                                      const PairFilter& filter, const SweptSettings& settings);
 
-  /// Counts only the pairs of bodies that could pass. O(surface points + bodies log bodies + pairs).
+  /// Whether boxes of bodies and their motions leave it possible that anything passes. If not, there is
+  /// nothing to find and to count. O(surface points + bodies log bodies + pairs).
+  bool may_pass(const parallel::Threads& threads, std::span<const Vec3> start, std::span<const Vec3> end,
+                const PairFilter& filter, const SweptSettings& settings);
+  /// Counts only the pairs that could pass. As may_pass(), and where that is true O(clusters log clusters +
+  /// pairs).
   void count(const parallel::Threads& threads, std::span<const Vec3> start, std::span<const Vec3> end,
              const PairFilter& filter, const SweptSettings& settings);
 
@@ -97,6 +101,7 @@ class SweptQuery {
   void find_body_pairs(const Step& step);
   void mark_clusters();
   void find_cluster_pairs(const Step& step);
+  void count_cluster_pairs();
   void test_pairs(const Step& step);
   void test_points(const Step& step, Index points, Index triangles, std::vector<SweptContact>& found,
                    std::size_t& tested) const;
@@ -106,7 +111,7 @@ class SweptQuery {
   void test_edge(const Step& step, Index first, Index second, std::vector<SweptContact>& found) const;
   [[nodiscard]] Vec3 out_of_edge(const Step& step, Index first, Index second) const;
   [[nodiscard]] bool may_touch(const PairFilter& filter, Index a, Index b) const;
-  [[nodiscard]] bool is_body_pair(Index a, Index b) const;
+  [[nodiscard]] std::ptrdiff_t body_pair_of(const Pair& clusters) const;
 
   const Bodies& bodies_;
   SurfaceClusters surface_;
@@ -117,7 +122,8 @@ class SweptQuery {
   std::vector<Pair> body_pairs_;      ///< ascending
   std::vector<std::uint8_t> marked_;  ///< per cluster, 1: meets the other body of a pair
   parallel::ChunkedList<Pair> pair_lists_;
-  std::vector<Pair> pairs_;  ///< of clusters
+  std::vector<Pair> pairs_;                 ///< of clusters
+  std::vector<std::uint8_t> has_clusters_;  ///< (n_body_pairs) 1: in one of these
   parallel::ChunkedList<SweptContact> lists_;
   std::vector<std::size_t> tested_;  ///< per chunk
   std::vector<SweptContact> contacts_;

@@ -51,8 +51,7 @@ std::span<const StopOfPassing> SweptResponse::find(const parallel::Threads& thre
   nearest_.clear();
   now_.clear();
   left_ = 0;
-  query_.count(threads, step.start, step.end, filter, settings());
-  if (query_.counts().body_pairs == 0) return stops_;
+  if (!query_.may_pass(threads, step.start, step.end, filter, settings())) return stops_;
   const std::span<const Vec3> from = separated(step.start);
   const PredictedStep path{from, step.end, step.velocities, step.time_step, step.contacts};
   exits_.set_end(step.contacts);

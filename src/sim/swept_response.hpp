@@ -57,7 +57,7 @@ class SweptResponse {
   void stop(const PredictedStep& step, ContactResponse& response, std::vector<fem::Coupling>& couplings);
   /// Number of pairs of the last find() that still pass after most_stops.
   [[nodiscard]] std::int64_t left() const { return left_; }
-  /// Counts pairs of bodies that could pass, without a search; see counts().
+  /// Counts what could pass, without a search; see counts().
   void count(const parallel::Threads& threads, const PredictedStep& step, const PairFilter& filter);
   /// Counts of the last find() or count().
   [[nodiscard]] const SweptCounts& counts() const { return query_.counts(); }

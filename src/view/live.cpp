@@ -129,7 +129,15 @@ void LiveSource::advance() {
   has_reactions_ = true;
   if (!m.solver_converged) ++steps_not_converged_;
   most_inverted_tets_ = std::max(most_inverted_tets_, m.inverted_tets);
+  count_passes(m);
   if (stages_.ends(simulation_)) begin_stage();
+}
+
+void LiveSource::count_passes(const StepMetrics& m) {
+  const bool continuous = simulation_.settings().detection.continuous;
+  if (m.passes == 0 && (continuous || m.pairs_that_could_pass == 0)) return;
+  thinnest_ = steps_too_far_ == 0 ? m.thinnest : std::min(thinnest_, m.thinnest);
+  ++steps_too_far_;
 }
 
 void LiveSource::reset() {
@@ -146,6 +154,7 @@ void LiveSource::reset() {
   seconds_ = {};
   steps_not_converged_ = 0;
   most_inverted_tets_ = 0;
+  steps_too_far_ = 0;
   begin_stage();
 }
 
@@ -160,6 +169,7 @@ Json LiveSource::counts() const {
   json["solver_iterations"] = m.solver_iterations;
   json["steps_not_converged"] = steps_not_converged_;
   json["inverted_tets"] = {{"now", m.inverted_tets}, {"most", most_inverted_tets_}};
+  json["too_far"] = {{"steps", steps_too_far_}, {"thinnest", thinnest_}};
   json["at_rest"] = simulation_.at_rest();
   json["pulls"] = pulls_json();
   json["driven"] = driven_motions_json();

@@ -75,6 +75,7 @@ class LiveSource : public Source {
   [[nodiscard]] bool is_rigid_now(Index body) const { return simulation_.is_rigid(body); }
   /// Begins a stage if one is due.
   void begin_stage();
+  void count_passes(const StepMetrics& m);
   void take_gravity_of_stage(const Vec3& before);
   void take_constraints(const ModelChange& change);
   void take_motions();
@@ -105,6 +106,8 @@ class LiveSource : public Source {
   PhaseSeconds seconds_{};
   std::int64_t steps_not_converged_ = 0;  ///< since the start or reset()
   std::int64_t most_inverted_tets_ = 0;   ///< since the start or reset()
+  std::int64_t steps_too_far_ = 0;        ///< in which something may have gone through a body unseen
+  double thinnest_ = 0.0;                 ///< least local thickness there, m
   bool has_reactions_ = false;            ///< the last step computed reactions of prescribed bodies
   std::map<Client, Held> pulls_;
 };

@@ -93,6 +93,7 @@ TEST_F(Run, MetricsHaveARowForEachStepAndUnits) {
                                        "speculative_contacts",
                                        "stopped_passes",
                                        "passes",
+                                       "pairs_that_could_pass",
                                        "solves",
                                        "solver_iterations",
                                        "solver_converged",
@@ -104,6 +105,7 @@ TEST_F(Run, MetricsHaveARowForEachStepAndUnits) {
                                        "largest_speed [m/s]",
                                        "fastest_body [m/s]",
                                        "deepest [m]",
+                                       "thinnest [m]",
                                        "normal_force [N]",
                                        "largest_contact_force [N]"};
   EXPECT_EQ(fields_of(lines[0]), names);

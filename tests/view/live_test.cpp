@@ -353,6 +353,25 @@ TEST(LiveSource, CountsStepsThatDidNotConvergeAndTetsInsideOut) {
   EXPECT_EQ(source.counts()["steps_not_converged"], 0);
 }
 
+/// Nothing is fast in the small scene. A ball that moves by 5 cm in a step is, at a plate of 1 cm.
+TEST(LiveSource, CountsStepsInWhichSomethingMayHavePassedUnseen) {
+  const auto quiet = test::small_source();
+  test::run(*quiet, 10);
+  EXPECT_EQ(quiet->counts()["too_far"]["steps"], 0);
+  const Scene scene = read_scene_text(
+      R"({"name": "shot", "time_step": 0.005, "gravity": [0, 0, 0], "bodies": [
+    {"name": "plate", "obstacle": true, "box": {"cells": [4, 4, 1], "size": [0.04, 0.04, 0.01]}},
+    {"name": "ball", "ball": {"radius": 0.01, "resolution": 2}, "translate": [0, 0, 0.08],
+     "velocity": [0, 0, -10], "material": {"young_modulus": 1e5}}]})",
+      "shot");
+  LiveSource source(scene, test::small_model(scene), 1);
+  test::run(source, 3);
+  EXPECT_GE(source.counts()["too_far"]["steps"], 1);
+  EXPECT_NEAR(source.counts()["too_far"]["thinnest"].get<double>(), 0.006, 0.004);
+  source.reset();
+  EXPECT_EQ(source.counts()["too_far"]["steps"], 0);
+}
+
 TEST(LiveSource, ChangesSettingsWhileItRuns) {
   const auto source = test::small_source();
   test::run(*source, 5);

@@ -9,6 +9,7 @@ import { check, choose, make, row, section, slider } from "./parts";
 import type { Frame, Stage, State, Vector, ViewInfo } from "./protocol";
 import { ScaleControl } from "./scale_control";
 import { SettingsPanel } from "./settings_panel";
+import { inWords, length } from "./units";
 
 export interface PanelActions {
   send(name: string, values?: object): void;
@@ -251,6 +252,11 @@ export class Panel {
     if (bad > 0) lines.push(["NOT CONVERGED", `${bad} ${bad === 1 ? "step" : "steps"}: do not trust positions`]);
     for (const warning of counts.plan?.warnings ?? []) lines.push(["plan", warning]);
     if (inverted.most > 0) lines.push(["inverted tets", `${inverted.now} now, ${inverted.most} at most`]);
+    const tooFar = counts.too_far?.steps ?? 0;
+    if (tooFar > 0) {
+      const thin = inWords(counts.too_far?.thinnest ?? 0, this.stage.units, length);
+      lines.push(["too far", `${tooFar} ${tooFar === 1 ? "step" : "steps"}: something may have gone through a body unseen (${thin} thin)`]);
+    }
     const text = lines.flat().join("");
     if (this.warnings.textContent === text) return;
     this.warnings.replaceChildren(...lines.map(([name, value]) => make("tr", { class: "warning" }, make("td", {}, name), make("td", {}, value))));

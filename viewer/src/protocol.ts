@@ -133,6 +133,7 @@ export interface Counts {
   solver_iterations?: number;
   steps_not_converged?: number;
   inverted_tets?: { now: number; most: number };
+  too_far?: { steps: number; thinnest: number };
   at_rest?: boolean;
   pulls?: Pulled[];
   driven?: DrivenMotion[];
