@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <memory>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -14,6 +15,7 @@
 #include "messages.hpp"
 #include "numbers.hpp"
 #include "option_values.hpp"
+#include "overlaps.hpp"
 #include "run_report.hpp"
 #include "scene_input.hpp"
 #include "sim/holds.hpp"
@@ -135,6 +137,10 @@ int detect(const DetectOptions& options) {
   print_note(fmt::format("{}, {}{}, {}, {} tested", counted(counts.contacts, "contact"), edges,
                          counted(counts.border_edges, "border edge"), counted(counts.crossings, "crossing"),
                          counted(counts.candidates, "candidate")));
+  const std::string coarse =
+      coarse_pairs_text(bodies, coarse_pairs(bodies, model.obstacles), input.scene.units.length);
+  std::istringstream lines(coarse);
+  for (std::string line; std::getline(lines, line);) print_note(line);
   if (counts.late_clusters > 0) {
     print_note(fmt::format("the budget was too small: {} % of the work done, contacts may be missing in {}",
                            short_text(100.0 * counts.completeness), late_bodies_text(bodies, detector)));

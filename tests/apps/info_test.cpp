@@ -43,6 +43,22 @@ TEST_F(Info, TextSaysTheSame) {
   EXPECT_EQ(text.find("note"), std::string::npos);
 }
 
+TEST_F(Info, NamesBodiesThatAreTooCoarseForEachOther) {
+  write("sheets.json", R"({"bodies": [
+    {"name": "low", "box": {"cells": [4, 4, 1], "size": [0.1, 0.1, 0.002]}, "obstacle": true},
+    {"name": "high", "box": {"cells": [5, 5, 1], "size": [0.1, 0.1, 0.002]}, "translate": [0, 0, 0.01], "material": {}},
+    {"name": "fine", "box": {"cells": [40, 40, 1], "size": [0.1, 0.1, 0.002]}, "translate": [0, 0, 0.02],
+     "material": {}}]})");
+  const Json json = json_of({"info", "sheets.json", "--json"});
+  ASSERT_EQ(json["too_coarse"].size(), 1U);
+  EXPECT_EQ(json["too_coarse"][0]["bodies"], (Json{"low", "high"}));
+  EXPECT_NEAR(json["too_coarse"][0]["thickness"][0].get<double>(), 0.002, 1e-9);
+  const Finished text = palpate({"info", "sheets.json"});
+  EXPECT_NE(text.out.find("too coarse      low (edges of "), std::string::npos) << text.out;
+  const Finished detect = palpate({"detect", "sheets.json"});
+  EXPECT_NE(detect.err.find("palpate: too coarse      low (edges of "), std::string::npos) << detect.err;
+}
+
 TEST_F(Info, SaysWhatWasDroppedReorientedAndUnreferenced) {
   write("odd.mesh",
         "MeshVersionFormatted 2\nDimension 3\nVertices\n6\n0 0 0 0\n1 0 0 0\n0 1 0 0\n0 0 1 0\n1 1 1 0\n9 9 "
