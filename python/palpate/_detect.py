@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -75,6 +77,9 @@ def detect(
     self_collision: whether bodies can be in contact with themselves.
     structure, cells_per_primitive, threads: as for World.
 
+    Bodies that overlap without a point of one in the other (bars that cross) have no such contacts: a UserWarning tells
+    how many edges pass through a body; World.edge_contacts has them.
+
     Returns Contacts in the numbers of `points`, `tets` and `body`. The given shape is the shape at rest; for bodies
     that deform from frame to frame use World. O((n + m) log n + contacts). Raises Error on bad input: an index
     out of range, a flat tet, a number that is not finite, a common point of two bodies.
@@ -104,6 +109,9 @@ def detect(
     new_points = np.concatenate(points_of).astype(np.int32)
     new_tets = np.concatenate(tets_of).astype(np.int32)
     world.update(positions[new_points])
+    if len(world.contacts) == 0 and len(world.edge_contacts) > 0:
+        warnings.warn(f"no point is in another body, but edges pass through bodies in {len(world.edge_contacts)} places: "
+                      "World.edge_contacts has them", stacklevel=2)
     return _core.renumbered(world.contacts, new_points, new_tets, numbers)
 
 

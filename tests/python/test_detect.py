@@ -1,5 +1,7 @@
 """detect(): against a count by barycentric coordinates, under renumbering, and its errors."""
 
+import warnings
+
 import numpy as np
 import pytest
 
@@ -145,3 +147,15 @@ def test_error_is_a_value_error_with_its_four_parts(boxes):
     error = caught.value
     assert (error.source, error.where) == ("detection", "contact.structure")
     assert str(error) == f"{error.source}: {error.where}: found {error.found}, expected {error.expected}"
+
+
+def test_bodies_that_meet_by_edges_alone_are_told():
+    bar = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], float)
+    five = np.array([[0, 1, 3, 5], [0, 3, 2, 6], [0, 5, 4, 6], [3, 5, 7, 6], [0, 3, 5, 6]])
+    tets = np.vstack([five, five + 8])
+    crossed = np.vstack([bar * [10, 1, 1], bar * [1, 10, 1] + [4.5, -4.5, 0.9]])
+    with pytest.warns(UserWarning, match="edges pass through bodies in [0-9]+ places"):
+        assert len(palpate.detect(crossed, tets)) == 0
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        palpate.detect(crossed + np.repeat([[0, 0, 0], [0, 0, 0.2]], 8, axis=0), tets)
