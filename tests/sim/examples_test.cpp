@@ -129,6 +129,26 @@ TEST(Examples, ABeltTakesTheBlockAlongAndSlidesUnderItWhenItMeetsTheStop) {
   EXPECT_LT(stop.z, 0.401 * stop.x);
 }
 
+TEST(Examples, BarsThatCrossEdgeOnEdgeRestOnEachOther) {
+  Scene scene = example("crossed-bars");
+  Simulation simulation = simulate(scene);
+  while (simulation.metrics().time < scene.duration - 1e-9) {
+    simulation.step();
+    ASSERT_EQ(simulation.detector().contacts().size(), 0U) << "step " << simulation.metrics().step;
+  }
+  EXPECT_TRUE(simulation.at_rest());
+  EXPECT_GE(simulation.detector().edge_contacts().size(), 4U) << "two edges of each bar";
+  const double weight = weight_of(simulation, "upper");
+  EXPECT_LT(length(force_on(simulation, "upper") - Vec3{0, 0, weight}), 0.001 * weight);
+  EXPECT_LT(length(force_on(simulation, "lower") + Vec3{0, 0, weight}), 0.001 * weight);
+  EXPECT_LT(length(centre(simulation, "upper") - centre(simulation, "lower") - Vec3{0, 0, 0.02}), 0.01)
+      << "a bar is 0.02 thick; both bend down";
+  scene.settings.detection.edge_contacts = false;
+  const Simulation falls = run(scene);
+  EXPECT_LT(centre(falls, "upper").z, -1.0);
+  EXPECT_NEAR(centre(falls, "lower").z, 0.0, 0.002) << "its own weight";
+}
+
 TEST(Examples, AFoldedStripLiesOnItself) {
   Simulation simulation = simulate(example("fold"));
   while (simulation.metrics().time < 2.0 - 1e-9) {
@@ -225,6 +245,60 @@ TEST(Examples, AJawPressesTheBlockOntoThePlate) {
   EXPECT_NEAR(-force_on(simulation, "plate").z, bite + weight, 0.01 * bite);
   EXPECT_NEAR(force_on(simulation, "plate").x, -force_on(simulation, "jaw").x, 0.01 * bite)
       << "friction of the plate holds what the slanted jaw pushes out";
+}
+
+/// Least height of a point of the needle above the middle of the sheet.
+double height_above_sheet(const Simulation& simulation) {
+  const Range needle = points_of(simulation, "needle");
+  const Range sheet = points_of(simulation, "sheet");
+  const double thickness = 0.002;
+  double least = INFINITY;
+  for (Index n = needle.begin; n < needle.end; ++n) {
+    const Vec3& point = at(simulation.positions(), n);
+    double nearest = INFINITY;
+    double height = 0.0;
+    for (Index s = sheet.begin; s < sheet.end; ++s) {
+      if (at(simulation.bodies().points_rest(), s).z > 0.0) continue;  // of the upper side
+      const Vec3& below = at(simulation.positions(), s);
+      const double distance = std::hypot(point.x - below.x, point.y - below.y);
+      if (distance >= nearest) continue;
+      nearest = distance;
+      height = point.z - (below.z + 0.5 * thickness);
+    }
+    least = std::min(least, height);
+  }
+  return least;
+}
+
+TEST(Examples, ANeedleThatWouldJumpOverTheSheetIsStoppedByIt) {
+  Scene scene = example("needle");
+  Simulation simulation = simulate(scene);
+  std::int64_t stopped = 0;
+  while (simulation.metrics().time < scene.duration - 1e-9) {
+    simulation.step();
+    ASSERT_GT(height_above_sheet(simulation), 0.0) << "step " << simulation.metrics().step;
+    ASSERT_EQ(simulation.metrics().passes, 0) << "step " << simulation.metrics().step;
+    stopped += simulation.metrics().stopped_passes;
+  }
+  EXPECT_GT(stopped, 0);
+  EXPECT_TRUE(simulation.at_rest());
+  const double weight = weight_of(simulation, "needle");
+  EXPECT_LT(length(force_on(simulation, "needle") - Vec3{0, 0, weight}), 0.001 * weight);
+  EXPECT_LT(heights(simulation, "needle").extent(), 0.008) << "it lies flat, 0.004 thick and 0.032 long";
+
+  scene.settings.detection.continuous = false;
+  Simulation jumps = simulate(scene);
+  run_to(jumps, 0.01);
+  const Heights before = heights(jumps, "needle");
+  jumps.step();
+  const Heights after = heights(jumps, "needle");
+  EXPECT_GT(before.lowest - after.highest, 0.002) << "in one step by more than its length and the sheet";
+  while (jumps.metrics().time < 0.1 - 1e-9) {
+    jumps.step();
+    EXPECT_EQ(jumps.detector().contacts().size(), 0U);
+    EXPECT_EQ(jumps.detector().edge_contacts().size(), 0U);
+  }
+  EXPECT_LT(heights(jumps, "needle").highest, -0.2) << "far below the sheet";
 }
 
 TEST(Examples, ThePlateFeelsTheLoadAndTheWeight) {

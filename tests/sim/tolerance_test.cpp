@@ -42,9 +42,9 @@ TEST_P(DefaultTolerance, EndsWhereAFarSmallerOneDoes) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Examples, DefaultTolerance,
-                         testing::Values("attached", "belt", "everything", "grab", "incline-slide",
-                                         "incline-stick", "jaw", "load", "muscle", "press", "tower",
-                                         "two-stiffnesses"),
+                         testing::Values("attached", "belt", "crossed-bars", "everything", "grab",
+                                         "incline-slide", "incline-stick", "jaw", "load", "muscle", "needle",
+                                         "press", "tower", "two-stiffnesses"),
                          [](const auto& instance) {
                            std::string name = instance.param;
                            std::ranges::replace(name, '-', '_');

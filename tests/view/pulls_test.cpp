@@ -129,12 +129,14 @@ INSTANTIATE_TEST_SUITE_P(Scenes, Pulls,
 /// The scenes of docs/gallery.md, except the tower.
 INSTANTIATE_TEST_SUITE_P(Gallery, Pulls,
                          ::testing::Values("examples/scenes/attached.json", "examples/scenes/belt.json",
+                                           "examples/scenes/crossed-bars.json",
                                            "examples/scenes/everything.json", "examples/scenes/fold.json",
                                            "examples/scenes/grab.json", "examples/scenes/incline-slide.json",
                                            "examples/scenes/incline-stick.json", "examples/scenes/jaw.json",
                                            "examples/scenes/liver.json", "examples/scenes/muscle.json",
-                                           "examples/scenes/load.json", "examples/scenes/plastic.json",
-                                           "examples/scenes/press.json", "examples/scenes/regions.json",
+                                           "examples/scenes/needle.json", "examples/scenes/load.json",
+                                           "examples/scenes/plastic.json", "examples/scenes/press.json",
+                                           "examples/scenes/regions.json",
                                            "examples/scenes/two-stiffnesses.json"),
                          name_of);
 /// Ten stiff blocks on each other: pulls need more iterations than the scene allows, and steps report that
