@@ -136,6 +136,14 @@ std::vector<std::uint8_t> rigid_bodies(const Holds& holds) {
   return rigid;
 }
 
+std::vector<std::uint8_t> bodies_at_rest(const Holds& holds, const Bodies& bodies) {
+  std::vector<std::uint8_t> still = holds.obstacles;
+  for (std::size_t b = 0; b < still.size(); ++b) still[b] = still[b] != 0 && holds.absent[b] == 0 ? 1 : 0;
+  for (std::size_t p = 0; p < holds.motion_of_point.size(); ++p)
+    if (holds.motion_of_point[p] >= 0) at(still, bodies.body_of_point()[p]) = 0;
+  return still;
+}
+
 std::vector<std::uint8_t> constrained_points(const Holds& holds, const Bodies& bodies) {
   std::vector<std::uint8_t> unfree = holds.fixed_points;
   for (std::size_t p = 0; p < unfree.size(); ++p) {

@@ -35,6 +35,8 @@ struct Holds {
 
 /// (n_bodies) 1: all points are fixed or prescribed, and nothing deforms.
 [[nodiscard]] std::vector<std::uint8_t> rigid_bodies(const Holds& holds);
+/// (n_bodies) 1: rigid, present, and without a motion.
+[[nodiscard]] std::vector<std::uint8_t> bodies_at_rest(const Holds& holds, const Bodies& bodies);
 /// (n_points) 1: fixed, prescribed, or part of an absent body.
 [[nodiscard]] std::vector<std::uint8_t> constrained_points(const Holds& holds, const Bodies& bodies);
 /// (n_points) the motion of each point, -1 for those of absent bodies.

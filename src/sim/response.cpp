@@ -141,8 +141,8 @@ void ContactResponse::compute(const parallel::Threads& threads, const Bodies& bo
                            list.direction[c], laws_[c].stiffness, positions);
   });
   const auto frame = [&] {
-    return EdgeResponse::Frame{*this,      *normals_, threads,    bodies, table,  positions,
-                               velocities, since_,    time_step_, fall,   scales_};
+    return EdgeResponse::Frame{*this,      *normals_, threads,    bodies, table,   positions,
+                               velocities, since_,    time_step_, fall,   scales_, flush_};
   };
   if (normals_ != nullptr) append_edges(edges_.begin(frame()), couplings);
   present_ = laws_.size();

@@ -128,6 +128,8 @@ class ContactResponse {
   /// Turns the forces of edges (docs/edges.md) on from the next compute() on, with the normals of the
   /// surfaces, which must outlive their use. Null, the default, turns them off.
   void use_edges(const SurfaceNormals* normals) { normals_ = normals; }
+  /// Sets the faces of rigid bodies through which no edge leaves.
+  void set_flush_faces(FlushFaces flush) { flush_ = std::move(flush); }
   /// Whether a law's coupling is between an edge and a triangle; otherwise it is between a point and a tet.
   [[nodiscard]] bool is_of_edge(std::size_t contact) const { return of_edge_[contact] != 0; }
 
@@ -211,6 +213,7 @@ class ContactResponse {
   KeptContacts kept_;
   EdgeResponse edges_;
   const SurfaceNormals* normals_ = nullptr;  ///< null: edges have no forces
+  FlushFaces flush_;
   std::size_t present_ = 0;
   double time_step_ = 0.0;                ///< of the step after the last compute(), s
   double since_ = 0.0;                    ///< length of the step before it, s

@@ -97,7 +97,7 @@ std::span<const EdgeResponse::Row> ContactResponse::meet_edges(const parallel::T
                                                   contacts.direction[c], search);
   });
   return edges_.meet({*this, *normals_, threads, bodies, table, positions_end, velocities_end, since_,
-                      time_step_, 0.0, scales_});
+                      time_step_, 0.0, scales_, flush_});
 }
 
 double ContactResponse::add_speculative(const parallel::Threads& threads, const Bodies& bodies,

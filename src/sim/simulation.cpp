@@ -114,6 +114,7 @@ Simulation::State::State(std::shared_ptr<const SimulationCore> the_core, HeldMod
   ties = Ties(holds.ties, bodies, dynamics.point_masses(), dynamics.free_points(), response);
   step_forces.set({}, std::vector<Vec3>(holds.ties.size()));
   response.use_edges(DetectorSteps::normals(detector));
+  response.set_flush_faces(FlushFaces(bodies, bodies_at_rest(holds, bodies), dynamics.positions()));
 }
 
 void Simulation::State::start(const std::vector<Vec3>& velocities, const std::vector<Grab>& all_grabs) {
