@@ -9,6 +9,8 @@ def goal_row(row):
     bound = "≤" if row["at_most"] else "≥"
 
     def ratio(value):
+        if row["ratio_unit"] == "":  # a number of its own, not a ratio
+            return f"{value:.0f}"
         return f"{value:.0f} %" if row["ratio_unit"] == "%" else f"{value:.3g}×"
 
     verdict = "**missed**" if row["verdict"] == "missed" else row["verdict"]
