@@ -2,8 +2,8 @@
 add_library(palpate_flags INTERFACE)
 target_compile_options(palpate_flags INTERFACE
   -Wall -Wextra -Wconversion $<$<BOOL:${PALPATE_WERROR}>:-Werror>
-  # Where files are compiled together, the constants of one are no business of another.
-  $<IF:$<AND:$<BOOL:$<TARGET_PROPERTY:UNITY_BUILD>>,$<CXX_COMPILER_ID:GNU>>,-Wshadow=local,-Wshadow>
+  # Where files are compiled together, the constants of one are no business of another; clang cannot tell them apart.
+  $<IF:$<BOOL:$<TARGET_PROPERTY:UNITY_BUILD>>,$<$<CXX_COMPILER_ID:GNU>:-Wshadow=local>,-Wshadow>
   # The same bits everywhere: the compiler must not fuse a*b+c where the source does not say so.
   -ffp-contract=off)
 if(PALPATE_SANITIZE)

@@ -7,6 +7,7 @@
 
 #include "checkpoint.hpp"
 #include "geometry/vector.hpp"
+#include "sim/unseen_passes.hpp"
 #include "stopwatch.hpp"
 
 namespace palpate::app {
@@ -35,7 +36,7 @@ void count(RunOutcome& outcome, const StepMetrics& m, bool continuous) {
   outcome.solver_iterations += m.solver_iterations;
   outcome.steps_not_converged += m.solver_converged ? 0 : 1;
   outcome.steps_divided += m.substeps > 1 ? 1 : 0;
-  if (m.passes > 0 || (!continuous && m.pairs_that_could_pass > 0)) {
+  if (may_have_passed(m, continuous)) {
     outcome.thinnest = outcome.steps_too_far == 0 ? m.thinnest : std::min(outcome.thinnest, m.thinnest);
     ++outcome.steps_too_far;
   }

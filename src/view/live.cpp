@@ -7,6 +7,7 @@
 #include <palpate/error.hpp>
 
 #include "geometry/vector.hpp"
+#include "sim/unseen_passes.hpp"
 #include "stopwatch.hpp"
 #include "view/stored_stages.hpp"
 
@@ -134,8 +135,7 @@ void LiveSource::advance() {
 }
 
 void LiveSource::count_passes(const StepMetrics& m) {
-  const bool continuous = simulation_.settings().detection.continuous;
-  if (m.passes == 0 && (continuous || m.pairs_that_could_pass == 0)) return;
+  if (!may_have_passed(m, simulation_.settings().detection.continuous)) return;
   thinnest_ = steps_too_far_ == 0 ? m.thinnest : std::min(thinnest_, m.thinnest);
   ++steps_too_far_;
 }
