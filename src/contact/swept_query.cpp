@@ -1,10 +1,12 @@
 #include "contact/swept_query.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <tuple>
 
+#include "contact/swept_frame.hpp"
 #include "contact/swept_pair.hpp"
 #include "geometry/axis.hpp"
 #include "geometry/box.hpp"
@@ -17,13 +19,37 @@ namespace {
 
 constexpr std::size_t cluster_grain = 64;
 constexpr std::size_t pair_grain = 16;
+constexpr std::size_t most_edges = 3 * Cluster::most_primitives;
 
-/// The box of a primitive during the step.
-template <class Corners>
-Box swept_box(std::span<const Vec3> start, std::span<const Vec3> end, const Corners& corners) {
-  Box box = box_of(start, corners);
-  box.extend(box_of(end, corners));
-  return box;
+/// Primitives of one cluster that may touch the other cluster of a pair, with their boxes in its frame.
+template <std::size_t most>
+class Near {
+ public:
+  void add(Index primitive, const Box& box) {
+    primitives_[size_] = primitive;
+    boxes_[size_++] = box;
+  }
+  [[nodiscard]] std::size_t size() const { return size_; }
+  [[nodiscard]] Index primitive(std::size_t i) const { return primitives_[i]; }
+  [[nodiscard]] const Box& box(std::size_t i) const { return boxes_[i]; }
+
+ private:
+  std::array<Index, most> primitives_;
+  std::array<Box, most> boxes_;
+  std::size_t size_ = 0;
+};
+
+/// Calls take(a, b) for all primitives whose boxes meet.
+template <std::size_t m, std::size_t n, class Take>
+void for_each_meeting(const Near<m>& first, const Near<n>& second, Take&& take) {
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    for (std::size_t j = 0; j < second.size(); ++j)
+      if (first.box(i).overlaps(second.box(j))) take(first.primitive(i), second.primitive(j));
+  }
+}
+
+Vec3 middle(const Box& box) {
+  return 0.5 * (box.lower + box.upper);
 }
 
 template <class A, class B>
@@ -248,12 +274,7 @@ void SweptQuery::test_pairs(const Step& step) {
   lists_.fill(step.threads, pairs_.size(), pair_grain,
               [&](std::size_t begin, std::size_t end, std::vector<SweptContact>& list) {
                 std::size_t& tested = tested_[begin / pair_grain];
-                for (std::size_t i = begin; i < end; ++i) {
-                  const auto [a, b] = pairs_[i];
-                  test_points(step, a, b, list, tested);
-                  if (a != b) test_points(step, b, a, list, tested);
-                  test_edges(step, pairs_[i], list, tested);
-                }
+                for (std::size_t i = begin; i < end; ++i) test_pair(step, pairs_[i], list, tested);
               });
   lists_.join(step.threads, contacts_);
   std::sort(contacts_.begin(), contacts_.end(), [](const SweptContact& a, const SweptContact& b) {
@@ -262,25 +283,48 @@ void SweptQuery::test_pairs(const Step& step) {
   for (const std::size_t tested : tested_) counts_.tested += tested;
 }
 
-/// Tests the points of one cluster against the triangles of the other.
-void SweptQuery::test_points(const Step& step, Index points, Index triangles,
-                             std::vector<SweptContact>& found, std::size_t& tested) const {
-  const auto list = surface_.clusters.primitives_of(at(surface_.clusters.clusters, triangles));
-  const Box& whole = at(clusters_, triangles).places;
-  std::array<Box, Cluster::most_primitives> boxes;
-  bool filled = false;
-  for (const Index point : surface_.points[points]) {
-    const Box box =
-        grown(swept_box(step.start, step.end, std::array<Index, 1>{point}), step.settings.tolerance);
-    if (!box.overlaps(whole)) continue;
-    for (std::size_t i = 0; i < list.size(); ++i) {
-      if (!filled) boxes[i] = swept_box(step.start, step.end, at(bodies_.triangles(), list[i]));
-      if (!box.overlaps(boxes[i])) continue;
-      ++tested;
-      test_point(step, point, list[i], found);
-    }
-    filled = true;
+/// Tests the points of each cluster against the triangles of the other, and their edges.
+void SweptQuery::test_pair(const Step& step, const Pair& pair, std::vector<SweptContact>& found,
+                           std::size_t& tested) const {
+  const auto& [a, b] = pair;
+  const std::array<const Cluster*, 2> clusters{&at(surface_.clusters.clusters, a),
+                                               &at(surface_.clusters.clusters, b)};
+  const std::array<const Swept*, 2> swept{&at(clusters_, a), &at(clusters_, b)};
+  Box places = swept[0]->places;
+  places.extend(swept[1]->places);
+  const SweptFrame frame(places, middle(swept[0]->motion), middle(swept[1]->motion), step.settings.tolerance);
+  std::array<Box, 2> whole;
+  for (std::size_t k = 0; k < 2; ++k)
+    whole[k] = frame.box_of(step.start, step.end, surface_.clusters.points_of(*clusters[k]));
+  if (!whole[0].overlaps(whole[1])) return;
+
+  const auto add = [&](auto& near, Index primitive, const auto& corners, const Box& other) {
+    const Box box = frame.box_of(step.start, step.end, corners);
+    if (box.overlaps(other)) near.add(primitive, box);
+  };
+  std::array<Near<most_edges>, 2> points;
+  std::array<Near<most_edges>, 2> edges;
+  std::array<Near<Cluster::most_primitives>, 2> triangles;
+  for (std::size_t k = 0; k < 2; ++k) {
+    const Box& other = whole[1 - k];
+    for (const Index p : surface_.points[pair[k]]) add(points[k], p, std::array<Index, 1>{p}, other);
+    for (const Index e : surface_.edges[pair[k]]) add(edges[k], e, at(bodies_.edges(), e), other);
+    for (const Index t : surface_.clusters.primitives_of(*clusters[k]))
+      add(triangles[k], t, at(bodies_.triangles(), t), other);
   }
+  const auto test = [&](Index point, Index triangle) {
+    ++tested;
+    test_point(step, point, triangle, found);
+  };
+  for_each_meeting(points[0], triangles[1], test);
+  if (a != b) for_each_meeting(points[1], triangles[0], test);
+  const bool one_body = clusters[0]->body == clusters[1]->body;
+  for_each_meeting(edges[0], edges[1], [&](Index first, Index second) {
+    if (a == b && second <= first) return;
+    ++tested;
+    const bool swaps = one_body && second < first;
+    test_edge(step, swaps ? second : first, swaps ? first : second, found);
+  });
 }
 
 void SweptQuery::test_point(const Step& step, Index point, Index triangle,
@@ -299,31 +343,6 @@ void SweptQuery::test_point(const Step& step, Index point, Index triangle,
        .time = touch->time,
        .weights = touch->weights,
        .direction = apart_before ? touch->direction : normalized(area_vector(step.start, corners))});
-}
-
-void SweptQuery::test_edges(const Step& step, const Pair& pair, std::vector<SweptContact>& found,
-                            std::size_t& tested) const {
-  const bool one_body =
-      at(surface_.clusters.clusters, pair[0]).body == at(surface_.clusters.clusters, pair[1]).body;
-  const auto others = surface_.edges[pair[1]];
-  const Box& whole = at(clusters_, pair[1]).places;
-  constexpr std::size_t most_edges = 3 * Cluster::most_primitives;
-  std::array<Box, most_edges> boxes;
-  bool filled = false;
-  for (const Index edge : surface_.edges[pair[0]]) {
-    const Box box =
-        grown(swept_box(step.start, step.end, at(bodies_.edges(), edge)), step.settings.tolerance);
-    if (!box.overlaps(whole)) continue;
-    for (std::size_t i = 0; i < others.size(); ++i) {
-      if (!filled) boxes[i] = swept_box(step.start, step.end, at(bodies_.edges(), others[i]));
-      if (pair[0] == pair[1] && others[i] <= edge) continue;
-      if (!box.overlaps(boxes[i])) continue;
-      ++tested;
-      const bool swaps = one_body && others[i] < edge;
-      test_edge(step, swaps ? others[i] : edge, swaps ? edge : others[i], found);
-    }
-    filled = true;
-  }
 }
 
 void SweptQuery::test_edge(const Step& step, Index first, Index second,

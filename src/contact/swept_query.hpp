@@ -42,7 +42,7 @@ struct SweptSettings {
 struct SweptCounts {
   std::size_t body_pairs = 0;     ///< pairs of bodies with such pairs of clusters
   std::size_t cluster_pairs = 0;  ///< that could pass: swept boxes meet, relative motion above least_motion
-  std::size_t tested = 0;         ///< pairs of primitives whose swept boxes meet
+  std::size_t tested = 0;         ///< pairs of primitives whose boxes meet, see SweptFrame
   double thinnest = 0.0;          ///< minimum local thickness of these clusters, m; 0 where there are none
 };
 
@@ -103,10 +103,8 @@ class SweptQuery {
   void find_cluster_pairs(const Step& step);
   void count_cluster_pairs();
   void test_pairs(const Step& step);
-  void test_points(const Step& step, Index points, Index triangles, std::vector<SweptContact>& found,
-                   std::size_t& tested) const;
-  void test_edges(const Step& step, const Pair& pair, std::vector<SweptContact>& found,
-                  std::size_t& tested) const;
+  void test_pair(const Step& step, const Pair& pair, std::vector<SweptContact>& found,
+                 std::size_t& tested) const;
   void test_point(const Step& step, Index point, Index triangle, std::vector<SweptContact>& found) const;
   void test_edge(const Step& step, Index first, Index second, std::vector<SweptContact>& found) const;
   [[nodiscard]] Vec3 out_of_edge(const Step& step, Index first, Index second) const;
