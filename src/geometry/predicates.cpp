@@ -5,7 +5,9 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <optional>
 
+#include "geometry/expansion.hpp"
 #include "geometry/vector.hpp"
 #include "simd/crossing_parameters.hpp"
 
@@ -13,8 +15,7 @@ namespace palpate {
 namespace {
 
 namespace mp = boost::multiprecision;
-// 512 bits are stored inside the number. That is enough for coordinates of one scene, so the usual exact call
-// allocates nothing.
+// For coordinates so large or small that expansions of doubles are not exact.
 using Integer = mp::number<mp::cpp_int_backend<512>, mp::et_off>;
 
 /// A 3x3 determinant in double with a bound on its absolute error.
@@ -42,6 +43,26 @@ Filtered orient3d_filtered(const Vec3& a, const Vec3& b, const Vec3& c, const Ve
   // difference.
   const double underflow = Bound::tiny * (4.0 + std::abs(u.z) + std::abs(v.z) + std::abs(w.z));
   return {value, Bound::relative * permanent + underflow};
+}
+
+using Volume = Expansion<192>;
+
+/// det[b - a, c - a, d - a], exactly. None where doubles have too few exponents for it.
+std::optional<Volume> volume_of(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
+  using Row = std::array<Expansion<2>, 3>;
+  const auto from_a = [&a](const Vec3& p) {
+    return Row{difference(p.x, a.x), difference(p.y, a.y), difference(p.z, a.z)};
+  };
+  const std::array<Row, 3> rows{from_a(b), from_a(c), from_a(d)};
+  for (const Row& row : rows)
+    if (!std::ranges::all_of(row, is_in_range)) return {};
+  const auto minor = [](const Row& v, const Row& w) {
+    Expansion<8> less = product(v[1], w[0]);
+    less.negate();
+    return sum(product(v[0], w[1]), less);
+  };
+  const auto& [u, v, w] = rows;
+  return sum(sum(product(minor(v, w), u[2]), product(minor(w, u), v[2])), product(minor(u, v), w[2]));
 }
 
 /// Mantissa and exponent of a finite double: mantissa * 2^exponent.
@@ -146,6 +167,7 @@ int orient3d(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
   const Filtered f = orient3d_filtered(a, b, c, d);
   if (f.value > f.error) return 1;
   if (-f.value > f.error) return -1;
+  if (const auto volume = volume_of(a, b, c, d)) return volume->sign();
   const std::array<Vec3, 4> corners{a, b, c, d};
   return exact_determinant(corners, common_exponent(corners)).sign();
 }
@@ -185,14 +207,17 @@ bool segment_meets_triangle(const Vec3& a, const Vec3& b, const Vec3& t0, const 
 }
 
 double crossing_parameter(const Vec3& a, const Vec3& b, const Vec3& t0, const Vec3& t1, const Vec3& t2) {
-  const Filtered fa = orient3d_filtered(t0, t1, t2, a);
-  const Filtered fb = orient3d_filtered(t0, t1, t2, b);
-  constexpr double accuracy = simd::parameter_accuracy;
-  if (fa.error < accuracy * std::abs(fa.value) && fb.error < accuracy * std::abs(fb.value)) {
-    return std::clamp(fa.value / (fa.value - fb.value), 0.0, 1.0);
+  // The ends are on different sides, or one is in the plane, so the absolute distances from the plane add up.
+  const auto distance = [&](const Vec3& end) -> std::optional<double> {
+    const Filtered filtered = orient3d_filtered(t0, t1, t2, end);
+    if (filtered.error < simd::parameter_accuracy * std::abs(filtered.value)) return std::abs(filtered.value);
+    const std::optional<Volume> volume = volume_of(t0, t1, t2, end);
+    return volume ? std::optional(std::abs(volume->value())) : std::nullopt;
+  };
+  if (const std::optional<double> of_a = distance(a)) {
+    if (const std::optional<double> of_b = distance(b)) return *of_a / (*of_a + *of_b);
   }
   const int exponent = common_exponent(std::array<Vec3, 5>{a, b, t0, t1, t2});
-  // The ends are on different sides, or one is in the plane, so the absolute distances from the plane add up.
   const Integer to_a = mp::abs(exact_determinant({t0, t1, t2, a}, exponent));
   const Integer to_b = mp::abs(exact_determinant({t0, t1, t2, b}, exponent));
   return std::clamp(ratio(to_a, to_a + to_b), 0.0, 1.0);

@@ -8,9 +8,10 @@
 /// finite input.
 ///
 /// A floating-point filter with a proven error bound (Shewchuk, "Adaptive precision floating-point arithmetic
-/// and fast robust geometric predicates", 1997, orient3d stage A) decides almost every call. Integers of any
-/// length (Boost.Multiprecision) decide the rest. Deviation: instead of Shewchuk's expansions, and with a
-/// term that keeps the bound valid under underflow.
+/// and fast robust geometric predicates", 1997, orient3d stage A) decides almost every call. Deviation: a
+/// term keeps the bound valid under underflow. Expansions of doubles (the same, stage D) decide the rest:
+/// bodies with common points, as in conforming meshes, need them often. Where these would overflow or
+/// underflow, integers of any length decide (Boost.Multiprecision).
 namespace palpate {
 
 /// Sign (-1, 0, +1) of det[b - a, c - a, d - a]: six times the signed volume of the tet (a, b, c, d).
