@@ -22,6 +22,22 @@ std::string tally_line(const char* name, const Tally& tally) {
   return fmt::format("{:<14}{} at the end, {} at most\n", name, tally.last, tally.largest);
 }
 
+/// A line for a run in which something may have gone through a body unseen, with the settings that prevent
+/// it. Empty if nothing may.
+std::string too_far_line(const RunReport& report) {
+  const RunOutcome& outcome = report.outcome;
+  if (outcome.steps_too_far == 0) return "";
+  const DetectionSettings& detection = report.simulation.settings().detection;
+  std::string cures = "a smaller time_step";
+  if (!detection.continuous) cures += ", or contact.continuous";
+  if (detection.cells_per_primitive) cures += R"(, or contact.cells_per_primitive "exact")";
+  if (outcome.late_steps > 0) cures += ", or a larger contact.budget";
+  return fmt::format(
+      "too far       in {} something may have gone through a body unseen ({} {} thin); take {}\n",
+      counted(static_cast<std::size_t>(outcome.steps_too_far), "step"), short_text(outcome.thinnest),
+      report.scene.units.length, cures);
+}
+
 /// A line for a run whose budget was too small: how much work is left undone, and in which bodies. Empty if
 /// none is.
 std::string budget_lines(const RunReport& report) {
@@ -187,13 +203,7 @@ std::string report_text(const RunReport& report) {
   text += phases_text(outcome.times);
   text += fmt::format("converged     in {} of {}{}\n", outcome.steps - outcome.steps_not_converged,
                       counted(static_cast<std::size_t>(outcome.steps), "step"), divided_text(outcome));
-  if (outcome.steps_too_far > 0) {
-    text += fmt::format(
-        "too far       in {} something may have gone through a body unseen ({} {} thin); take a smaller "
-        "time_step{}\n",
-        counted(static_cast<std::size_t>(outcome.steps_too_far), "step"), short_text(outcome.thinnest),
-        units.length, report.simulation.settings().detection.continuous ? "" : ", or contact.continuous");
-  }
+  text += too_far_line(report);
   text += budget_lines(report);
   text += fmt::format("wall time     {} s on {}\n", short_text(report.wall_seconds),
                       counted(static_cast<std::size_t>(report.threads), "thread"));

@@ -123,7 +123,7 @@ struct DetectionSettings {
   /// Whether a simulation searches for parts that would pass through another body within a step
   /// (docs/continuous.md), and stops them at the first touch. A step that stops many parts needs many solves.
   /// If false, pairs of bodies that could pass are only counted.
-  bool continuous = false;
+  bool continuous = true;
   std::optional<Budget> budget{};  ///< none: finds all contacts, without a limit
   friend bool operator==(const DetectionSettings&, const DetectionSettings&) = default;
 };

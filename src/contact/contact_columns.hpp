@@ -77,7 +77,9 @@ struct ContactStates {
       seen;  ///< consecutive steps in which it acted, including this one; 0: it does not act
   std::vector<std::int32_t> lost;  ///< steps since it last acted; 0 while it acts
   std::vector<std::uint8_t>
-      speculative;         ///< 1: found at predicted positions, and not yet in contact at the end of a step
+      speculative;  ///< 1: found at predicted positions, and not yet in contact at the end of a step
+  /// 0, or the number of steps in which it has acted softly, since it began deep.
+  std::vector<std::uint8_t> soft;
   std::vector<Vec3> slip;  ///< extension of the friction spring, m; orthogonal to the direction
   // Values of the last step in which it acted:
   std::vector<Vec3> force;              ///< along the direction, at the start of the step, N
@@ -87,10 +89,12 @@ struct ContactStates {
   std::vector<double> chatter_damping;  ///< N s/m
 
   auto columns() {
-    return std::tie(seen, lost, speculative, slip, force, direction, velocity, stiffness, chatter_damping);
+    return std::tie(seen, lost, speculative, soft, slip, force, direction, velocity, stiffness,
+                    chatter_damping);
   }
   auto columns() const {
-    return std::tie(seen, lost, speculative, slip, force, direction, velocity, stiffness, chatter_damping);
+    return std::tie(seen, lost, speculative, soft, slip, force, direction, velocity, stiffness,
+                    chatter_damping);
   }
 };
 

@@ -11,6 +11,10 @@ namespace {
 
 /// Tolerance (a cosine) for a direction that is outside the range of normals at an edge.
 constexpr double most_outside = 0.1;
+/// Cosine of the angle up to which a direction counts as the normal of a triangle.
+constexpr double along_normal = 0.995;
+/// Weight of a corner up to which a place counts as on the opposite edge.
+constexpr double on_rim = 1e-3;
 /// Sine of the angle between two edges below which they count as parallel.
 constexpr double least_sine = 0.1;
 /// Cosine of the angle up to which a direction counts as orthogonal to both edges.
@@ -37,6 +41,38 @@ bool is_left_by(const SweptContact& contact, Index edge, const Vec3& direction, 
   };
   return std::ranges::all_of(at(paths.bodies.edge_triangles(), edge),
                              [&](Index t) { return t < 0 || into(t) <= most_outside; });
+}
+
+/// Whether the direction of a touch leads out of the body at the edges of the triangle on which it lies.
+bool is_left_at_rim(const SweptContact& contact, const StraightPaths& paths) {
+  const Triangle& corners = at(paths.bodies.triangles(), contact.second);
+  const auto& edges = at(paths.bodies.triangle_edges(), contact.second);
+  const auto leaves = [&](Index edge) { return is_left_by(contact, edge, contact.direction, paths); };
+  const auto corner = std::ranges::find_if(contact.weights, [](double w) { return w >= 1.0 - on_rim; });
+  if (corner != contact.weights.end()) {
+    const Index point = corners[static_cast<std::size_t>(corner - contact.weights.begin())];
+    return std::ranges::all_of(paths.bodies.point_edges()[point], leaves);
+  }
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (contact.weights[k] > on_rim) continue;
+    const auto is_opposite = [&](Index edge) {
+      return std::ranges::find(at(paths.bodies.edges(), edge), corners[k]) ==
+             at(paths.bodies.edges(), edge).end();
+    };
+    const auto opposite = std::ranges::find_if(edges, is_opposite);
+    return opposite != edges.end() && leaves(*opposite);
+  }
+  return false;
+}
+
+Vec3 into_triangle(const SweptContact& contact, const StraightPaths& paths) {
+  std::array<Vec3, 3> x;
+  for (std::size_t i = 0; i < 3; ++i)
+    x[i] = place(paths, at(paths.bodies.triangles(), contact.second)[i], contact.time);
+  const Vec3 normal = normalized(area_vector(x));
+  const double cosine = dot(contact.direction, normal);
+  if (!(cosine > 0.0)) return {};
+  return cosine >= along_normal || is_left_at_rim(contact, paths) ? contact.direction : normal;
 }
 
 /// The direction rotates with the triangle.
@@ -77,16 +113,12 @@ Vec3 across_edges_at_end(const SweptContact& contact, const StraightPaths& paths
 
 }  // namespace
 
-bool enters(const SweptContact& contact, const StraightPaths& paths) {
-  if (contact.direction == Vec3{}) return false;
-  if (contact.kind == SweptKind::edge_edge) {
-    return is_left_by(contact, contact.second, contact.direction, paths) &&
-           is_left_by(contact, contact.first, -contact.direction, paths);
-  }
-  std::array<Vec3, 3> x;
-  for (std::size_t i = 0; i < 3; ++i)
-    x[i] = place(paths, at(paths.bodies.triangles(), contact.second)[i], contact.time);
-  return dot(contact.direction, area_vector(x)) > 0.0;
+Vec3 entry_direction(const SweptContact& contact, const StraightPaths& paths) {
+  if (contact.direction == Vec3{}) return {};
+  if (contact.kind == SweptKind::point_triangle) return into_triangle(contact, paths);
+  const bool enters = is_left_by(contact, contact.second, contact.direction, paths) &&
+                      is_left_by(contact, contact.first, -contact.direction, paths);
+  return enters ? contact.direction : Vec3{};
 }
 
 Vec3 direction_at_end(const SweptContact& contact, const StraightPaths& paths) {

@@ -256,8 +256,6 @@ FirstScene make_first_scene(const std::string& name, const std::string& file, co
   Scene& scene = first.scene;
   scene.name = name;
   scene.settings.response.friction = 0.3;
-  // Real meshes have thin rims, through which the instrument could pass within a step.
-  scene.settings.detection.continuous = true;
   scene.output.every = 5;
   const FirstSceneNames names = names_for(name, file);
   scene.bodies = {soft_body(names, placed, options), floor_of(names.floor, placed, options),

@@ -33,6 +33,12 @@ constexpr double most_chatter_damping = 20.0;
 /// the class.
 constexpr double stiff_damping = 10.0;
 
+/// Depth, in mean edges of the penetrated body, from which a contact that was not there before acts softly.
+constexpr double deep = 0.4;
+/// Its first stiffness, times the square of the time step and relative to the reduced mass.
+constexpr double soft_stiffness = 4.0;
+constexpr double reach_of_an_edge = 0.25;  // RimFalloff::reach() is a quarter of the mean edge length
+
 }  // namespace
 
 fem::Coupling coupling_of(Index point, const Tet& tet, const std::array<double, 4>& w) {
@@ -163,6 +169,22 @@ void ContactResponse::append_edges(std::span<const EdgeResponse::Row> rows,
   }
 }
 
+double ContactResponse::stiffness_now(ContactStates& states, std::size_t c, double usual,
+                                      const fem::Coupling& coupling, const Contacts& contacts) const {
+  std::uint8_t& steps = states.soft[c];
+  const bool begins = states.seen[c] == 1 && states.lost[c] == 0;
+  const double edge = rims_.reach(contacts.body[c]) / reach_of_an_edge;
+  if (steps == 0 && !(begins && contacts.depth[c] > deep * edge)) return usual;
+  const double of_mass = soft_stiffness * reduced_mass(coupling) / (time_step_ * time_step_);
+  const double soft = std::ldexp(of_mass, steps);
+  if (!(soft < usual)) {
+    steps = 0;
+    return usual;
+  }
+  ++steps;
+  return soft;
+}
+
 void ContactResponse::compute_one(const Bodies& bodies, ContactTable& table, std::size_t c,
                                   std::span<const Vec3> positions, std::span<const Vec3> velocities,
                                   ExitSearch& search, fem::Coupling& coupling) {
@@ -174,8 +196,8 @@ void ContactResponse::compute_one(const Bodies& bodies, ContactTable& table, std
   const Vec3& r = contacts.direction[c];
   const double full = stiffness(at(bodies.body_of_point(), point), contacts.body[c]);
   scales_[c] = rims_.scale(bodies, positions, contacts, c, search, table.rims());
-  const double k = scales_[c] * full;
   coupling = coupling_of(point, tet, w);
+  const double k = stiffness_now(states, c, scales_[c] * full, coupling, contacts);
   const Vec3 velocity = fem::relative(coupling, velocities);
   const Vec3 force = k * contacts.depth[c] * r;
   const bool acted_before = states.seen[c] > 1;

@@ -56,6 +56,12 @@ struct StepTimes {
 /// would push a body of depth d out at d / h: as fast as it came, or faster where several contacts push. With
 /// the default damping it leaves at d / (4 h).
 ///
+/// Contacts that begin deep (bodies overlap at the start, or were moved into each other) begin softly: with a
+/// stiffness of a few reduced masses over h^2, doubled in each step until it is the usual one. With the usual
+/// stiffness, contacts of different directions would squeeze stiff bodies in the first step, and this energy
+/// would throw them out several times faster than d / (4 h). A contact that a moving body makes does not begin
+/// deep, since it is speculative first.
+///
 /// The velocities at the END of the step decide whether a contact is open, sticks or slides, and its bound
 /// (fem::ContactLaw); fem::ContactSolver finds them.
 ///
@@ -206,6 +212,9 @@ class ContactResponse {
                                                               std::span<const Vec3> velocities_end);
   void append_edges(std::span<const EdgeResponse::Row> rows, std::vector<fem::Coupling>& couplings);
   void append_speculative(ContactTable& table, std::vector<fem::Coupling>& couplings);
+  /// Stiffness of a contact in this step, N/m: `usual`, unless it began deep.
+  [[nodiscard]] double stiffness_now(ContactStates& states, std::size_t c, double usual,
+                                     const fem::Coupling& coupling, const Contacts& contacts) const;
   void compute_one(const Bodies& bodies, ContactTable& table, std::size_t c, std::span<const Vec3> positions,
                    std::span<const Vec3> velocities, ExitSearch& search, fem::Coupling& coupling);
 

@@ -44,12 +44,10 @@ const SimulationSettings& checked(const SimulationSettings& s) {
   return s;
 }
 
-/// Throws Error if BDF2 is combined with viscosity or continuous detection, which it does not support.
+/// Throws Error if BDF2 is combined with viscosity, which it does not support.
 void check_integration(const SimulationSettings& s, bool viscous) {
-  if (s.time_integration == TimeIntegration::implicit_euler) return;
-  if (!viscous && !s.detection.continuous) return;
-  throw Error("simulation settings", "time_integration",
-              viscous ? "bdf2 with viscous tissue" : "bdf2 with contact.continuous", "implicit-euler");
+  if (s.time_integration == TimeIntegration::implicit_euler || !viscous) return;
+  throw Error("simulation settings", "time_integration", "bdf2 with viscous tissue", "implicit-euler");
 }
 
 /// The limit of LimitSettings, or its default.

@@ -177,7 +177,8 @@ Simulation::State::Solution Simulation::State::solve_with_speculative_contacts(c
     rotations = settled ? rotations : 0;
     solution.speculative_contacts = std::ssize(response.laws()) - known;
     metrics.forces_seconds += watch.lap();
-    if (dynamics.is_second_order() && solution.speculative_contacts > 0)
+    if (passes && dynamics.is_second_order()) solution.converged = false;
+    if (dynamics.is_second_order() && (passes || solution.speculative_contacts > 0))
       return solution;  // the step will be undone
     const bool solved = settled && !loose && !rotated;
     if (solved && (fixed || !dynamics.relinearise_tissue(settings.solver.tolerance))) break;
@@ -241,8 +242,8 @@ void Simulation::State::undo_step(bool detected) {
   dynamics.cancel_step();
 }
 
-/// Tries a step of BDF2. Succeeds if bodies do not meet within it and it converges; otherwise restores the
-/// state before it.
+/// Tries a step of BDF2. Succeeds if bodies do not meet or pass within it and it converges; otherwise
+/// restores the state before it.
 bool Simulation::State::solve_second_order(const StepMetrics& last) {
   const bool may = settings.time_integration == TimeIntegration::bdf2 && last.speculative_contacts == 0 &&
                    last.solver_converged && !spends_time();

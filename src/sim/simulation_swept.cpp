@@ -1,5 +1,6 @@
 #include "contact/detector_steps.hpp"
 #include "sim/simulation_state.hpp"
+#include "sim/unseen_passes.hpp"
 
 // Stops points and edges that would pass through a body within a step: docs/continuous.md.
 namespace palpate {
@@ -34,8 +35,14 @@ bool Simulation::State::stop_passes() {
   return true;
 }
 
+/// Where contacts may be missing, bodies that are near each other could pass however slowly they move.
 void Simulation::State::count_passes() {
-  if (!settings.detection.continuous) swept.count(threads, predicted(), DetectorSteps::may_touch(detector));
+  const PairFilter& filter = DetectorSteps::may_touch(detector);
+  if (may_miss_contacts(metrics.detection)) {
+    swept.count(threads, predicted(), filter, 0.0);
+  } else if (!settings.detection.continuous) {
+    swept.count(threads, predicted(), filter);
+  }
   metrics.pairs_that_could_pass = static_cast<std::int64_t>(swept.counts().body_pairs);
   metrics.thinnest = swept.counts().thinnest;
 }

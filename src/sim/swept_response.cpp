@@ -55,8 +55,10 @@ std::span<const StopOfPassing> SweptResponse::find(const parallel::Threads& thre
   const std::span<const Vec3> from = separated(step.start);
   const PredictedStep path{from, step.end, step.velocities, step.time_step, step.contacts};
   exits_.set_end(step.contacts);
-  for (const SweptContact& contact : query_.find(threads, step.start, from, step.end, filter, settings()))
-    if (enters(contact, {bodies_, from, step.end})) add(contact, path, step.start, response);
+  for (SweptContact contact : query_.find(threads, step.start, from, step.end, filter, settings())) {
+    contact.direction = entry_direction(contact, {bodies_, from, step.end});
+    if (contact.direction != Vec3{}) add(contact, path, step.start, response);
+  }
   add_sinking(step, response, contacts);
   const auto before = static_cast<std::ptrdiff_t>(stopped_.size());
   make_room(stopped_, stopped_.size() + now_.size());
@@ -68,8 +70,8 @@ std::span<const StopOfPassing> SweptResponse::find(const parallel::Threads& thre
 }
 
 void SweptResponse::count(const parallel::Threads& threads, const PredictedStep& step,
-                          const PairFilter& filter) {
-  query_.count(threads, step.start, step.end, filter, settings());
+                          const PairFilter& filter, double least_motion) {
+  query_.count(threads, step.start, step.end, filter, {tolerance_, least_motion});
 }
 
 SweptResponse::Key SweptResponse::key_of(const SweptContact& contact) const {
@@ -135,14 +137,15 @@ void SweptResponse::begin_step(std::span<const Vec3> positions, const ContactTab
   stopped_.clear();
   acting_.clear();
   separated_.clear();
+  // With room for edges that may come to a pile of points in contact, so that only the first steps allocate.
+  start_ends_.clear();
+  make_room(start_ends_, 2 * contacts.edges().size() + contacts.size() / 4);
   list_ends(positions, contacts.edges());
   list_shifts(contacts);
   exits_.begin_step(contacts);
 }
 
 void SweptResponse::list_ends(std::span<const Vec3> positions, const EdgeContacts& contacts) {
-  start_ends_.clear();
-  make_room(start_ends_, 2 * contacts.size());
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     if (contacts.direction[c] == Vec3{}) continue;
     const Edge& edge = at(bodies_.edges(), contacts.edge[c]);

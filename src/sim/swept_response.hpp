@@ -58,7 +58,9 @@ class SweptResponse {
   /// Number of pairs of the last find() that still pass after most_stops.
   [[nodiscard]] std::int64_t left() const { return left_; }
   /// Counts what could pass, without a search; see counts().
-  void count(const parallel::Threads& threads, const PredictedStep& step, const PairFilter& filter);
+  /// \param least_motion  see SweptSettings
+  void count(const parallel::Threads& threads, const PredictedStep& step, const PairFilter& filter,
+             double least_motion = SweptSettings{}.least_motion);
   /// Counts of the last find() or count().
   [[nodiscard]] const SweptCounts& counts() const { return query_.counts(); }
 

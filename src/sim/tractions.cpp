@@ -60,18 +60,14 @@ class SurfaceForces {
   void add_edge(const ActedContact& contact) {
     for (std::size_t k = 0; k < 2; ++k)
       at(sums_, contact.points[k]) += contact.coefficients[k] * contact.force;
-    if (contact.all_points() < contact.points.size()) {
-      for (std::size_t k = 2; k < 4; ++k)
-        at(sums_, contact.points[k]) += contact.coefficients[k] * contact.force;
-      return;
-    }
-    const std::array<Vec3, 3> triangle =
-        corners_of(positions_, {contact.points[2], contact.points[3], contact.points[4]});
+    const Triangle corners = penetrated_triangle(contact);
+    const std::array<Vec3, 3> triangle = corners_of(positions_, corners);
     Vec3 there;
-    for (std::size_t k = 0; k < 3; ++k) there -= contact.coefficients[k + 2] * triangle[k];
+    for (std::size_t k = contact.own_points(); k < contact.all_points(); ++k)
+      there -= contact.coefficients[k] * at(positions_, contact.points[k]);
     const std::array<Vec3, 3> forces =
         on_corners(triangle, there, place_of(contact, positions_), -contact.force);
-    for (std::size_t k = 0; k < 3; ++k) at(sums_, contact.points[k + 2]) += forces[k];
+    for (std::size_t k = 0; k < 3; ++k) at(sums_, corners[k]) += forces[k];
   }
   [[nodiscard]] std::vector<Vec3>& sums() { return sums_; }
 
@@ -81,6 +77,19 @@ class SurfaceForces {
     Vec3 nearest{};
     double distance = std::numeric_limits<double>::infinity();
   };
+
+  /// The triangle that an edge passes through; where it meets another edge, a triangle at that edge.
+  [[nodiscard]] Triangle penetrated_triangle(const ActedContact& contact) const {
+    const auto& [p, q, a, b, c] = contact.points;
+    if (c >= 0) return {a, b, c};
+    for (const Index edge : bodies_.point_edges()[a]) {
+      const Edge& ends = at(bodies_.edges(), edge);
+      if (ends[0] != b && ends[1] != b) continue;
+      for (const Index triangle : at(bodies_.edge_triangles(), edge))
+        if (triangle >= 0) return at(bodies_.triangles(), triangle);
+    }
+    return {a, b, a};
+  }
 
   /// The nearest face whose normal is along `direction`; if there is none, the nearest face. The second
   /// search begins at the tet of the nearest face, since the position may have left its tet.

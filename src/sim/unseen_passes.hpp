@@ -4,10 +4,16 @@
 
 namespace palpate {
 
+/// Whether the detection left out cells (approximate mode) or clusters (budget), so contacts may be missing.
+inline bool may_miss_contacts(const DetectionCounts& counts) {
+  return counts.dropped_cells > 0 || counts.completeness < 1.0;
+}
+
 /// Whether parts of a body may have gone through another one in a step: what continuous detection could not
-/// stop, or without it, what nobody saw.
+/// stop, or without it or without all contacts, what nobody saw.
 inline bool may_have_passed(const StepMetrics& m, bool continuous) {
-  return m.passes > 0 || (!continuous && m.pairs_that_could_pass > 0);
+  const bool sees_all = continuous && !may_miss_contacts(m.detection);
+  return m.passes > 0 || (!sees_all && m.pairs_that_could_pass > 0);
 }
 
 }  // namespace palpate

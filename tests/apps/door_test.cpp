@@ -126,7 +126,7 @@ TEST_F(Door, NewWritesWhatIsWorthChanging) {
   for (const char* key : {"units", "time_step", "duration", "gravity"})
     EXPECT_TRUE(scene.contains(key)) << key;
   for (const char* key : {"solver", "rest", "limits"}) EXPECT_FALSE(scene.contains(key)) << key;
-  EXPECT_EQ(scene["contact"], Json({{"continuous", true}, {"friction", 0.3}}));
+  EXPECT_EQ(scene["contact"], Json({{"friction", 0.3}}));
   EXPECT_EQ(scene["output"], Json({{"every", 5}}));
   const Json material = scene["bodies"][0]["material"];
   for (const char* key : {"young_modulus", "poisson_ratio", "density"})

@@ -110,8 +110,7 @@ TEST_F(RoughScenes, ABarThatIsNotInBalanceTipsAndDoesNotSink) {
 }
 
 TEST_F(RoughScenes, ASheetDoesNotPassAPlate) {
-  Scene shot = scene("sheet");
-  shot.settings.detection.continuous = true;
+  const Scene shot = scene("sheet");
   const Simulation simulation = run(shot);
   const Range points = points_of(simulation, "sheet");
   for (Index p = points.begin; p < points.end; ++p) EXPECT_GT(at(simulation.positions(), p).z, 0.0) << p;
@@ -119,7 +118,8 @@ TEST_F(RoughScenes, ASheetDoesNotPassAPlate) {
 
 /// Without continuous detection it does, and the metrics tell that it could.
 TEST_F(RoughScenes, ASheetThatMayPassAPlateUnseenIsCounted) {
-  const Scene shot = scene("sheet");
+  Scene shot = scene("sheet");
+  shot.settings.detection.continuous = false;
   Simulation simulation = simulate(shot);
   int could = 0;
   while (simulation.metrics().time < shot.duration - 1e-9) {

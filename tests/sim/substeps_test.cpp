@@ -21,7 +21,6 @@ Simulation shot_simulation(std::uint64_t seed, int max_substeps, int threads = 1
   SimulationSettings settings;
   settings.time_step = step_length;
   settings.gravity = {};
-  settings.detection.continuous = true;
   settings.solver.max_substeps = max_substeps;
   return {test::random_shot(seed).model, settings, threads};
 }

@@ -1,12 +1,14 @@
 // No body passes through another. Oracle: the inner parts of two bodies never cross, sampled densely in time.
 #include <filesystem>
 #include <gtest/gtest.h>
+#include <optional>
 
 #include <palpate/error.hpp>
 
 #include "scene/load.hpp"
 #include "scene/scene.hpp"
 #include "sim/shots.hpp"
+#include "sim/unseen_passes.hpp"
 
 namespace palpate {
 namespace {
@@ -48,6 +50,25 @@ TEST(Swept, ASheetAtThreeThicknessesAStepStopsAtAPlate) {
   EXPECT_GT(stopped, 0);
 }
 
+// A step in which something passes is made with implicit Euler, the others with BDF2.
+TEST(Swept, ASheetStopsAtAPlateWithBdf2Too) {
+  Scene scene = read_scene_text(sheet_on_plate, "sheet");
+  scene.settings.time_integration = TimeIntegration::bdf2;
+  Simulation simulation = simulate(scene, true);
+  std::int64_t stopped = 0;
+  int second_order = 0;
+  while (simulation.metrics().time < 0.4 - 1e-9) {
+    const StepMetrics& m = simulation.step();
+    stopped += m.stopped_passes;
+    second_order += m.order == 2 ? 1 : 0;
+    EXPECT_TRUE(m.stopped_passes == 0 || m.order == 1) << "step " << m.step;
+    EXPECT_EQ(m.passes, 0);
+    ASSERT_GT(lowest(simulation, 1), 0.001 - 0.1 * 0.002) << "step " << m.step;
+  }
+  EXPECT_GT(stopped, 0);
+  EXPECT_GT(second_order, 0);
+}
+
 TEST(Swept, WithoutItPairsThatCouldPassAreCounted) {
   Simulation off = simulate(read_scene_text(sheet_on_plate, "sheet"), false);
   std::int64_t pairs = 0;
@@ -58,6 +79,29 @@ TEST(Swept, WithoutItPairsThatCouldPassAreCounted) {
     EXPECT_NEAR(off.metrics().thinnest, 0.002, 1e-9);
   }
   EXPECT_GT(pairs, 0);
+}
+
+// A box rests on a floor. Where contacts may be missing, it could sink in unseen, however slowly it moves.
+TEST(Swept, WhereContactsMayBeMissingEveryMotionCounts) {
+  const auto pairs = [](std::optional<int> cells_per_primitive, std::optional<int> tests) {
+    Scene scene = read_scene_text(
+        R"({"time_step": 0.01, "bodies": [
+      {"name": "floor", "box": {"cells": [4, 4, 1], "size": [0.2, 0.2, 0.02]}, "obstacle": true},
+      {"name": "far", "box": {"cells": [1, 1, 1], "size": [0.02, 0.02, 0.02]}, "translate": [1, 0, 1], "material": {}},
+      {"name": "box", "box": {"cells": [4, 4, 4], "size": [0.1, 0.1, 0.1]}, "translate": [0.05, 0.05, 0.0201],
+       "material": {"young_modulus": 1e5}}]})",
+        "resting box");
+    scene.settings.detection.cells_per_primitive = cells_per_primitive;
+    if (tests) scene.settings.detection.budget = Budget{.tests = tests};
+    Simulation simulation = simulate(std::move(scene), true);
+    for (int i = 0; i < 10; ++i) simulation.step();
+    EXPECT_EQ(may_have_passed(simulation.metrics(), true), simulation.metrics().pairs_that_could_pass > 0);
+    return simulation.metrics().pairs_that_could_pass;
+  };
+  EXPECT_EQ(pairs({}, {}), 0);
+  EXPECT_EQ(pairs(1, {}), 1) << "cells are left out";
+  EXPECT_EQ(pairs({}, 1), 1) << "clusters are left out";
+  EXPECT_EQ(pairs({}, 1000000), 0) << "nothing is left out";
 }
 
 TEST(Swept, StopsHaveTheSameBitsForEveryThreadCountAndAfterARestart) {

@@ -197,8 +197,6 @@ TEST(TimeIntegration, WhatItCannotDoIsRefused) {
   Model viscous = bar(0.1);
   viscous.materials[0].viscosity = {.fractions = {0.3}, .times = {0.1}};
   EXPECT_NE(message_of(viscous, settings).find("bdf2 with viscous tissue"), std::string::npos);
-  settings.detection.continuous = true;
-  EXPECT_NE(message_of(bar(0.1), settings).find("bdf2 with contact.continuous"), std::string::npos);
   settings.time_integration = TimeIntegration::implicit_euler;
   EXPECT_EQ(message_of(viscous, settings), "");
 }

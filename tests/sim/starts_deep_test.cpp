@@ -1,0 +1,111 @@
+// Bodies that overlap deeply at the start. Oracles: a body leaves with at most d / (4 h), which a penalty
+// spring with the default damping gives it (docs/depth.md); tissue that is held gives way to a rigid body.
+#include <gtest/gtest.h>
+#include <string>
+#include <vector>
+
+#include <palpate/simulation.hpp>
+
+#include "geometry/vector.hpp"
+#include "support/mean.hpp"
+#include "support/meshes.hpp"
+
+namespace palpate {
+namespace {
+
+constexpr double time_step = 0.01;
+constexpr double radius = 0.05;
+
+Simulation without_gravity(Model model, int threads = 1) {
+  SimulationSettings settings;
+  settings.time_step = time_step;
+  settings.gravity = {};
+  return Simulation(std::move(model), settings, threads);
+}
+
+struct DeepBall {
+  double young_modulus = 1e6;
+  int layers = 8;
+  int cells = 4;
+  bool fixed = false;
+  double beside = 0.0;  ///< of the axis, m
+};
+
+/// A ball deep in a box, from above.
+Simulation ball_in_box(const DeepBall& ball, double depth, int threads = 1) {
+  constexpr double side = 0.12;
+  Model model;
+  const double half = 0.5 * side;
+  model.bodies.add(
+      "box", test::box_mesh({ball.cells, ball.cells, ball.cells}, {-half, -half, -half}, {half, half, half}));
+  model.bodies.add("ball", test::ball_mesh(ball.layers, {ball.beside, 0.0, half + radius - depth}, radius));
+  model.materials.assign(2, {.young_modulus = ball.young_modulus, .density = 1000.0});
+  if (ball.fixed) model.obstacles = {1, 0};
+  return without_gravity(std::move(model), threads);
+}
+
+TEST(StartsDeep, ABallLeavesABoxNoFasterThanItsContactsLead) {
+  constexpr double depth = 0.056;
+  constexpr double expected = depth / (4.0 * time_step);
+  for (const double young_modulus : {1e4, 1e6, 1e7}) {
+    for (const int layers : {4, 8}) {
+      for (const bool fixed : {false, true}) {
+        for (const double beside : {0.0, 0.01}) {
+          SCOPED_TRACE(std::to_string(young_modulus) + " Pa, " + std::to_string(layers) + " layers, " +
+                       (fixed ? "fixed, " : "soft, ") + std::to_string(beside));
+          Simulation simulation = ball_in_box({young_modulus, layers, 4, fixed, beside}, depth);
+          for (int step = 0; step < 60; ++step) simulation.step();
+          EXPECT_EQ(simulation.detector().contacts().size(), 0U) << "it has left";
+          const auto velocity = [&](Index body) {
+            return test::mean_of_body(simulation.bodies(), body, simulation.velocities());
+          };
+          const double speed = (velocity(1) - velocity(0)).z;
+          const bool stiff_and_coarse = young_modulus == 1e7 && layers == 4;
+          EXPECT_LT(speed, (stiff_and_coarse ? 1.8 : 1.25) * expected);
+          EXPECT_GT(speed, 0.4 * expected);
+        }
+      }
+    }
+  }
+}
+
+TEST(StartsDeep, HasTheSameBitsForEveryThreadCountAndAfterARestart) {
+  const auto hash = [](int threads, int restart) {
+    Simulation simulation = ball_in_box({}, 0.02, threads);
+    for (int step = 0; step < 8; ++step) {
+      if (step == restart) {
+        const std::vector<std::byte> saved = simulation.save();
+        simulation = ball_in_box({}, 0.02, threads);
+        simulation.restore(saved);
+      }
+      simulation.step();
+    }
+    return simulation.state_hash();
+  };
+  const std::string one = hash(1, -1);
+  EXPECT_EQ(hash(2, -1), one);
+  EXPECT_EQ(hash(7, 3), one);
+}
+
+/// A rigid plate overlaps a block that is held at its lower side by half of its height: two cells.
+TEST(StartsDeep, HeldTissueGivesWay) {
+  constexpr double cell = 0.01;
+  for (const double young_modulus : {1e3, 1e5, 1e7}) {
+    Model model;
+    model.bodies.add("plate", test::box_mesh({6, 6, 1}, {-0.06, -0.06, 0.03}, {0.06, 0.06, 0.07}));
+    model.bodies.add("block", test::box_mesh({4, 4, 4}, {-0.02, -0.02, 0.0}, {0.02, 0.02, 4 * cell}));
+    model.materials.assign(2, {.young_modulus = young_modulus, .density = 1000.0, .stiffness_damping = 0.01});
+    model.obstacles = {1, 0};
+    const Range block = model.bodies.bodies()[1].points;
+    model.fixed_points.assign(model.bodies.points_rest().size(), 0);
+    for (Index p = block.begin; p < block.end; ++p)
+      at(model.fixed_points, p) = at(model.bodies.points_rest(), p).z < 1e-9 ? 1 : 0;
+    Simulation simulation = without_gravity(std::move(model));
+    for (int step = 0; step < 100; ++step) simulation.step();
+    EXPECT_LT(simulation.metrics().deepest, 0.1 * cell) << young_modulus << " Pa";
+    EXPECT_EQ(simulation.metrics().inverted_tets, 0);
+  }
+}
+
+}  // namespace
+}  // namespace palpate
