@@ -59,8 +59,8 @@ struct StepTimes {
 /// Contacts that begin deep (bodies overlap at the start, or were moved into each other) begin softly: with a
 /// stiffness of a few reduced masses over h^2, doubled in each step until it is the usual one. With the usual
 /// stiffness, contacts of different directions would squeeze stiff bodies in the first step, and this energy
-/// would throw them out several times faster than d / (4 h). A contact that a moving body makes does not begin
-/// deep, since it is speculative first.
+/// would throw them out several times faster than d / (4 h). A contact that a moving body makes does not
+/// begin deep, since it is speculative first.
 ///
 /// The velocities at the END of the step decide whether a contact is open, sticks or slides, and its bound
 /// (fem::ContactLaw); fem::ContactSolver finds them.

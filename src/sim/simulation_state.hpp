@@ -69,12 +69,15 @@ struct Simulation::State {
   /// The end of the current step as its last solve predicts it.
   [[nodiscard]] PredictedStep predicted() const;
   [[nodiscard]] int most_solves(bool stops_passes) const;
+  [[nodiscard]] bool stops_fail() const;
   bool stop_passes();
   void count_passes();
   /// What the loop of solves and detections goes by; the metrics only tell of it.
   struct Progress {
     int solves = 0;  ///< in the substep, with those of an attempt with BDF2
     std::int64_t stopped_passes = 0;
+    std::int64_t least_stops = 0;    ///< in one search of the substep
+    int failed_searches = 0;         ///< since then, searches that found as many or more
     double detection_seconds = 0.0;  ///< of the time budget, in the substep
     bool complete = true;            ///< the last detection found all contacts
   };

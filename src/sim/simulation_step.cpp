@@ -1,4 +1,5 @@
 #include <cmath>
+#include <limits>
 
 #include <palpate/error.hpp>
 
@@ -91,6 +92,8 @@ void Simulation::State::begin_step() {
   step_loads = loads.forces(bodies, dynamics.positions(), settings.gravity, substep.end);
   dynamics.begin_step(substep.length, settings.gravity, step_loads);
   progress.stopped_passes = 0;
+  progress.least_stops = std::numeric_limits<std::int64_t>::max();
+  progress.failed_searches = 0;
   metrics.stopped_passes = 0;
   metrics.passes = 0;
   if (settings.detection.continuous) swept.begin_step(dynamics.positions(), DetectorSteps::table(detector));
@@ -182,7 +185,7 @@ Simulation::State::Solution Simulation::State::solve_with_speculative_contacts(c
       return solution;  // the step will be undone
     const bool solved = settled && !loose && !rotated;
     if (solved && (fixed || !dynamics.relinearise_tissue(settings.solver.tolerance))) break;
-    if (solved && !searches_again) {
+    if (solved && (!searches_again || stops_fail())) {
       dynamics.end_where_linearised();
       solution.converged = false;
       break;

@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "contact/detector_steps.hpp"
 #include "sim/simulation_state.hpp"
 #include "sim/unseen_passes.hpp"
@@ -19,14 +21,25 @@ int Simulation::State::most_solves(bool stops_passes) const {
   return (stops_passes ? for_passes : 1) * settings.solver.max_solves;
 }
 
-/// Adds laws for pairs that would pass, and returns whether there are any. If no further solve is allowed,
-/// only counts the pairs.
+/// Whether the last searches found as many passes as one before, or more. Where a body is moved through
+/// another one, each solve would find thousands more.
+bool Simulation::State::stops_fail() const {
+  constexpr int most_searches = 3;
+  return progress.failed_searches >= most_searches;
+}
+
+/// Adds laws for pairs that would pass, and returns whether there are any. If no further solve is allowed, or
+/// stops fail, only counts the pairs.
 bool Simulation::State::stop_passes() {
   if (!settings.detection.continuous) return false;
   const auto stops =
       swept.find(threads, predicted(), DetectorSteps::may_touch(detector), response,
                  std::span(couplings).subspan(first_contact, first_speculative - first_contact));
-  const bool solves_again = can_predict() && progress.solves < most_solves(true);
+  if (!stops.empty()) {
+    progress.failed_searches = std::ssize(stops) < progress.least_stops ? 0 : progress.failed_searches + 1;
+    progress.least_stops = std::min<std::int64_t>(progress.least_stops, std::ssize(stops));
+  }
+  const bool solves_again = can_predict() && !stops_fail() && progress.solves < most_solves(true);
   metrics.passes = swept.left() + (solves_again ? 0 : std::ssize(stops));
   if (stops.empty() || !solves_again) return false;
   swept.stop(predicted(), response, couplings);
