@@ -25,7 +25,8 @@ int Simulation::State::most_solves(bool stops_passes) const {
 /// another one, each solve would find thousands more.
 bool Simulation::State::stops_fail() const {
   constexpr int most_searches = 3;
-  return progress.failed_searches >= most_searches;
+  constexpr std::int64_t many = 2000;
+  return progress.failed_searches >= most_searches && progress.stopped_passes > many;
 }
 
 /// Adds laws for pairs that would pass, and returns whether there are any. If no further solve is allowed, or

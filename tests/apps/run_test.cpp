@@ -319,7 +319,8 @@ TEST_F(Run, SaysWherePointsGoFurtherThanBodiesAreThin) {
            speed + R"(], "material": {"young_modulus": 1e5}}]})";
   };
   write("fast.json", scene("-10"));
-  const Finished fast = palpate({"run", "fast.json", "--no-picture", "--out", "fast", "--set", "contact.continuous=false"});
+  const Finished fast =
+      palpate({"run", "fast.json", "--no-picture", "--out", "fast", "--set", "contact.continuous=false"});
   EXPECT_EQ(fast.exit_code, 0);
   EXPECT_NE(fast.out.find("in 1 step something may have gone through a body unseen ("), std::string::npos)
       << fast.out;

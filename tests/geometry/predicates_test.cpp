@@ -47,7 +47,7 @@ Vec3 nasty_point(Random& random, int kind) {
       return 1e-9 * random.point(-1, 1);
     case 6:
       return 1e-160 * random.grid_point(-3, 3, 1.0);  // products underflow
-    case 7:  // at the limits of expansions of doubles
+    case 7:                                           // at the limits of expansions of doubles
       return (random.chance(0.5) ? 1e89 : 1e92) * random.grid_point(-3, 3, 0.1);
     case 8:
       return (random.chance(0.5) ? 1e-88 : 1e-91) * random.grid_point(-3, 3, 0.1);
