@@ -74,7 +74,8 @@ struct Simulation::State {
   void count_passes();
   /// What the loop of solves and detections goes by; the metrics only tell of it.
   struct Progress {
-    int solves = 0;  ///< in the substep, with those of an attempt with BDF2
+    int solves = 0;        ///< in the substep, with those of an attempt with BDF2
+    bool may_stop = true;  ///< what would pass may be stopped
     std::int64_t stopped_passes = 0;
     std::int64_t least_stops = 0;    ///< in one search of the substep
     int failed_searches = 0;         ///< since then, searches that found as many or more
@@ -93,6 +94,7 @@ struct Simulation::State {
   bool solve_second_order(const StepMetrics& last);
   void advance();
   [[nodiscard]] double shortest_substep() const;
+  bool solve_substep(const StepMetrics& last, bool may_divide);
   bool try_substep(const StepMetrics& last, bool may_divide);
   void undo_substep();
   StepMetrics divide(StepMetrics last, StepMetrics& sum);

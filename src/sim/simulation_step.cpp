@@ -77,6 +77,7 @@ void Simulation::State::set_end() {
 
 void Simulation::State::reset_counts() {
   progress.solves = 0;
+  progress.may_stop = settings.detection.continuous;
   progress.detection_seconds = 0.0;
   metrics.substeps = 1;
   metrics.solves = 0;
@@ -180,12 +181,12 @@ Simulation::State::Solution Simulation::State::solve_with_speculative_contacts(c
     rotations = settled ? rotations : 0;
     solution.speculative_contacts = std::ssize(response.laws()) - known;
     metrics.forces_seconds += watch.lap();
-    if (passes && dynamics.is_second_order()) solution.converged = false;
-    if (dynamics.is_second_order() && (passes || solution.speculative_contacts > 0))
+    solution.converged = solution.converged && !stops_fail();
+    if (stops_fail() || (dynamics.is_second_order() && (passes || solution.speculative_contacts > 0)))
       return solution;  // the step will be undone
     const bool solved = settled && !loose && !rotated;
     if (solved && (fixed || !dynamics.relinearise_tissue(settings.solver.tolerance))) break;
-    if (solved && (!searches_again || stops_fail())) {
+    if (solved && !searches_again) {
       dynamics.end_where_linearised();
       solution.converged = false;
       break;
@@ -265,7 +266,7 @@ bool Simulation::State::solve_second_order(const StepMetrics& last) {
   }
   try {
     const Solution solution = solve_step(last);
-    if (solution.speculative_contacts == 0 && solution.converged) return true;
+    if (solution.speculative_contacts == 0 && solution.converged && progress.stopped_passes == 0) return true;
   } catch (const Error&) {
     // A step of implicit Euler may still succeed.
   }

@@ -57,15 +57,18 @@ void Simulation::State::finish_substep() {
 
 /// Solves the substep with implicit Euler. If it fails, restores the state before it.
 /// \param may_divide  if it does not converge or throws an Error, the state is restored, too, and false
-/// returned
-bool Simulation::State::try_substep(const StepMetrics& last, bool may_divide) {
+/// returned. Without it, this is so only where passes are stopped: if passes remain and it does not converge,
+/// or if it throws an Error
+bool Simulation::State::solve_substep(const StepMetrics& last, bool may_divide) {
   metrics.order = 1;
   DetectorSteps::hold(detector);
   bool solved = false;
   try {
-    solved = solve_step(last).converged || !may_divide;
+    const bool converged = solve_step(last).converged;
+    const bool passes_remain = progress.may_stop && metrics.passes > 0;
+    solved = !stops_fail() && (converged || (!may_divide && !passes_remain));
   } catch (const Error&) {
-    if (!may_divide) {
+    if (!may_divide && progress.stopped_passes == 0) {
       undo_substep();
       throw;
     }
@@ -78,6 +81,21 @@ bool Simulation::State::try_substep(const StepMetrics& last, bool may_divide) {
     return false;
   }
   finish_substep();
+  return true;
+}
+
+/// Solves the substep as solve_substep(). If it fails only because something is stopped from passing, and may
+/// not be divided, it is solved without that, and the passes are counted: a body that is moved through
+/// another one in a step cannot be stopped.
+bool Simulation::State::try_substep(const StepMetrics& last, bool may_divide) {
+  if (solve_substep(last, may_divide)) return true;
+  if (may_divide) return false;
+  const StepMetrics failed = metrics;
+  reset_counts();
+  set_end();
+  progress.may_stop = false;
+  solve_substep(last, false);
+  add_work(failed, metrics);
   return true;
 }
 

@@ -36,11 +36,12 @@ bool Simulation::State::stop_passes() {
   const auto stops =
       swept.find(threads, predicted(), DetectorSteps::may_touch(detector), response,
                  std::span(couplings).subspan(first_contact, first_speculative - first_contact));
-  if (!stops.empty()) {
+  if (!stops.empty() && progress.may_stop) {
     progress.failed_searches = std::ssize(stops) < progress.least_stops ? 0 : progress.failed_searches + 1;
     progress.least_stops = std::min<std::int64_t>(progress.least_stops, std::ssize(stops));
   }
-  const bool solves_again = can_predict() && !stops_fail() && progress.solves < most_solves(true);
+  const bool solves_again =
+      progress.may_stop && can_predict() && !stops_fail() && progress.solves < most_solves(true);
   metrics.passes = swept.left() + (solves_again ? 0 : std::ssize(stops));
   if (stops.empty() || !solves_again) return false;
   swept.stop(predicted(), response, couplings);

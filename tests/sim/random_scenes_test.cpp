@@ -97,9 +97,9 @@ TEST(RandomScenes, OfSmoothedTetsKeepTheirEnergyTheirFloorAndConverge) {
 }
 
 /// BDF2 gives way to implicit Euler where contacts change. Without that, tissue is inverted over seeds 1
-/// to 16. In seed 6, something is stopped in hundreds of places, and two steps do not converge.
+/// to 16.
 TEST(RandomScenes, OfBdf2KeepTheirEnergyTheirFloorAndConverge) {
-  run_all(1, 16, 0, ElementKind::linear, TimeIntegration::bdf2, 2);
+  run_all(1, 16, 0, ElementKind::linear, TimeIntegration::bdf2);
 }
 
 /// Found: 11 scenes, and 5 of 8450 steps.
