@@ -13,7 +13,7 @@
 namespace palpate::app {
 namespace {
 
-void count(RunOutcome& outcome, const StepMetrics& m, bool continuous) {
+void count(RunOutcome& outcome, const StepMetrics& m, ContinuousDetection continuous) {
   outcome.steps = m.step;
   outcome.contacts.add(m.detection.contacts);
   outcome.border_edges.add(m.detection.border_edges);

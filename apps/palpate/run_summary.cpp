@@ -29,7 +29,7 @@ std::string too_far_line(const RunReport& report) {
   if (outcome.steps_too_far == 0) return "";
   const DetectionSettings& detection = report.simulation.settings().detection;
   std::string cures = "a smaller time_step";
-  if (!detection.continuous) cures += ", or contact.continuous";
+  if (detection.continuous != ContinuousDetection::full) cures += R"(, or contact.continuous "full")";
   if (detection.cells_per_primitive) cures += R"(, or contact.cells_per_primitive "exact")";
   if (outcome.late_steps > 0) cures += ", or a larger contact.budget";
   return fmt::format(

@@ -67,7 +67,18 @@ enum class TimeIntegration {
   bdf2,
 };
 
+/// What a simulation does about parts that would pass through another body within a step
+/// (docs/continuous.md).
+enum class ContinuousDetection {
+  off,  ///< counts pairs of bodies that could pass
+  /// Stops them at the first touch, but does not search many times in a step: passes that are left are
+  /// counted.
+  limited,
+  full,  ///< searches until nothing passes, if need be in substeps; steps can take many times as long
+};
+
 /// The names that scenes and command lines use; index = enum value.
+inline constexpr std::array<std::string_view, 3> continuous_detection_names{"off", "limited", "full"};
 inline constexpr std::array<std::string_view, 3> preconditioner_names{"auto", "jacobi", "multigrid"};
 inline constexpr std::array<std::string_view, 2> tolerance_of_names{"residual", "solution"};
 inline constexpr std::array<std::string_view, 2> time_integration_names{"implicit-euler", "bdf2"};
@@ -120,10 +131,8 @@ struct DetectionSettings {
   /// Whether data of earlier frames are used to make frames with little motion faster. Contacts do not depend
   /// on it. Only for Structure::compact without cells_per_primitive and budget.
   bool coherence = true;
-  /// Whether a simulation searches for parts that would pass through another body within a step
-  /// (docs/continuous.md), and stops them at the first touch. A step that stops many parts needs many solves.
-  /// If false, pairs of bodies that could pass are only counted.
-  bool continuous = true;
+  /// Only for simulations: what is done about parts that would pass through another body within a step.
+  ContinuousDetection continuous = ContinuousDetection::limited;
   std::optional<Budget> budget{};  ///< none: finds all contacts, without a limit
   friend bool operator==(const DetectionSettings&, const DetectionSettings&) = default;
 };

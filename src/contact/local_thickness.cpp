@@ -46,9 +46,8 @@ LocalThickness::LocalThickness(const Bodies& bodies, const Clusters& surface)
     : of_triangle(bodies.triangles().size()),
       of_cluster(surface.clusters.size(), std::numeric_limits<double>::infinity()),
       of_body(bodies.bodies().size(), std::numeric_limits<double>::infinity()) {
-  constexpr double reaches_of_an_edge = 4.0;  // rim_reach() is a quarter of the mean edge length
   std::vector<double> edge(bodies.bodies().size());
-  for (Index b = 0; b < bodies.body_count(); ++b) at(edge, b) = reaches_of_an_edge * rim_reach(bodies, b);
+  for (Index b = 0; b < bodies.body_count(); ++b) at(edge, b) = rim_reach(bodies, b) / reach_of_an_edge;
   for (std::size_t c = 0; c < surface.clusters.size(); ++c) {
     const Cluster& cluster = surface.clusters[c];
     for (const Index triangle : surface.primitives_of(cluster)) {

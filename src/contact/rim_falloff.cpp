@@ -41,7 +41,7 @@ double mean_height(const Bodies& bodies, Index body) {
 }  // namespace
 
 double rim_reach(const Bodies& bodies, Index body) {
-  return 0.25 * mesh_statistics(bodies, bodies.points_rest(), body).edge_length.mean;
+  return reach_of_an_edge * mesh_statistics(bodies, bodies.points_rest(), body).edge_length.mean;
 }
 
 RimFalloff::RimFalloff(const Bodies& bodies)

@@ -328,7 +328,7 @@ void describe(Visitor& v, ContactBlock& contact) {
   v.word_or_number("cells_per_primitive", contact.detection.cells_per_primitive, "exact", within(1, 27));
   v.field("edge_contacts", contact.detection.edge_contacts);
   v.field("coherence", contact.detection.coherence);
-  v.field("continuous", contact.detection.continuous);
+  v.choice("continuous", contact.detection.continuous, continuous_detection_names);
   v.optional("budget", contact.detection.budget);
   v.rule(!contact.detection.budget ||
              (contact.detection.structure == Structure::compact && !contact.detection.cells_per_primitive),

@@ -81,7 +81,7 @@ Scene make_stacking_scene(const StackingOptions& options) {
   scene.settings.response.friction = 0.3;
   // The paper has only contacts of points, at the ends of steps.
   scene.settings.detection.edge_contacts = false;
-  scene.settings.detection.continuous = false;
+  scene.settings.detection.continuous = ContinuousDetection::off;
   scene.duration = 5.0;
   for (int i = 0; i < options.count; ++i) scene.bodies.push_back(membrane(options, i));
   return scene;

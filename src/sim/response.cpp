@@ -37,7 +37,6 @@ constexpr double stiff_damping = 10.0;
 constexpr double deep = 0.4;
 /// Its first stiffness, times the square of the time step and relative to the reduced mass.
 constexpr double soft_stiffness = 4.0;
-constexpr double reach_of_an_edge = 0.25;  // RimFalloff::reach() is a quarter of the mean edge length
 
 }  // namespace
 

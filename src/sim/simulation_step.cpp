@@ -77,7 +77,7 @@ void Simulation::State::set_end() {
 
 void Simulation::State::reset_counts() {
   progress.solves = 0;
-  progress.may_stop = settings.detection.continuous;
+  progress.may_stop = sweeps();
   progress.detection_seconds = 0.0;
   metrics.substeps = 1;
   metrics.solves = 0;
@@ -93,11 +93,12 @@ void Simulation::State::begin_step() {
   step_loads = loads.forces(bodies, dynamics.positions(), settings.gravity, substep.end);
   dynamics.begin_step(substep.length, settings.gravity, step_loads);
   progress.stopped_passes = 0;
+  progress.searches = 0;
   progress.least_stops = std::numeric_limits<std::int64_t>::max();
   progress.failed_searches = 0;
   metrics.stopped_passes = 0;
   metrics.passes = 0;
-  if (settings.detection.continuous) swept.begin_step(dynamics.positions(), DetectorSteps::table(detector));
+  if (sweeps()) swept.begin_step(dynamics.positions(), DetectorSteps::table(detector));
 }
 
 /// One solve with the contacts found so far.

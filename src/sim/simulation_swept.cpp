@@ -15,6 +15,11 @@ PredictedStep Simulation::State::predicted() const {
           .contacts = DetectorSteps::table(detector)};
 }
 
+/// Whether parts that would pass are searched for and stopped.
+bool Simulation::State::sweeps() const {
+  return settings.detection.continuous != ContinuousDetection::off;
+}
+
 /// If something must be stopped, this many times more solves are allowed.
 int Simulation::State::most_solves(bool stops_passes) const {
   constexpr int for_passes = 4;
@@ -29,10 +34,19 @@ bool Simulation::State::stops_fail() const {
   return progress.failed_searches >= most_searches && progress.stopped_passes > many;
 }
 
+/// Whether a limited search ends here. The first search finds 9 of 10 passes; those that many stops cause are
+/// few, and each search costs a solve. Where there are few stops in all, as with a needle, solves are cheap.
+bool Simulation::State::ends_search(std::int64_t stops) const {
+  constexpr int most_searches = 2;
+  constexpr std::int64_t few = 100;
+  return settings.detection.continuous == ContinuousDetection::limited &&
+         progress.searches >= most_searches && progress.stopped_passes + stops > few;
+}
+
 /// Adds laws for pairs that would pass, and returns whether there are any. If no further solve is allowed, or
-/// stops fail, only counts the pairs.
+/// the search ends, only counts the pairs.
 bool Simulation::State::stop_passes() {
-  if (!settings.detection.continuous) return false;
+  if (!sweeps()) return false;
   const auto stops =
       swept.find(threads, predicted(), DetectorSteps::may_touch(detector), response,
                  std::span(couplings).subspan(first_contact, first_speculative - first_contact));
@@ -40,11 +54,12 @@ bool Simulation::State::stop_passes() {
     progress.failed_searches = std::ssize(stops) < progress.least_stops ? 0 : progress.failed_searches + 1;
     progress.least_stops = std::min<std::int64_t>(progress.least_stops, std::ssize(stops));
   }
-  const bool solves_again =
-      progress.may_stop && can_predict() && !stops_fail() && progress.solves < most_solves(true);
+  const bool solves_again = progress.may_stop && can_predict() && !stops_fail() &&
+                            !ends_search(std::ssize(stops)) && progress.solves < most_solves(true);
   metrics.passes = swept.left() + (solves_again ? 0 : std::ssize(stops));
   if (stops.empty() || !solves_again) return false;
   swept.stop(predicted(), response, couplings);
+  ++progress.searches;
   progress.stopped_passes += std::ssize(stops);
   metrics.stopped_passes = progress.stopped_passes;
   return true;
@@ -55,7 +70,7 @@ void Simulation::State::count_passes() {
   const PairFilter& filter = DetectorSteps::may_touch(detector);
   if (may_miss_contacts(metrics.detection)) {
     swept.count(threads, predicted(), filter, 0.0);
-  } else if (!settings.detection.continuous) {
+  } else if (!sweeps()) {
     swept.count(threads, predicted(), filter);
   }
   metrics.pairs_that_could_pass = static_cast<std::int64_t>(swept.counts().body_pairs);

@@ -11,8 +11,8 @@ inline bool may_miss_contacts(const DetectionCounts& counts) {
 
 /// Whether parts of a body may have gone through another one in a step: what continuous detection could not
 /// stop, or without it or without all contacts, what nobody saw.
-inline bool may_have_passed(const StepMetrics& m, bool continuous) {
-  const bool sees_all = continuous && !may_miss_contacts(m.detection);
+inline bool may_have_passed(const StepMetrics& m, ContinuousDetection continuous) {
+  const bool sees_all = continuous != ContinuousDetection::off && !may_miss_contacts(m.detection);
   return m.passes > 0 || (!sees_all && m.pairs_that_could_pass > 0);
 }
 

@@ -99,7 +99,7 @@ TEST_F(Door, NewMakesASceneOfALiverWithThinRimsThroughWhichNothingPasses) {
       {"new", PALPATE_SOURCE_DIR "/examples/push/liver.vtu", "--out", "liver.json", "--drop", "--replace"});
   expect_pressed(json_of(run), true);
   std::vector<std::string> at_ends_of_steps = run;
-  for (const char* word : {"--set", "contact.continuous=false"}) at_ends_of_steps.emplace_back(word);
+  for (const char* word : {"--set", "contact.continuous=off"}) at_ends_of_steps.emplace_back(word);
   EXPECT_GT(json_of(at_ends_of_steps)["steps_too_far"], 0) << "what the key is for";
 }
 

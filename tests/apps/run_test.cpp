@@ -320,7 +320,7 @@ TEST_F(Run, SaysWherePointsGoFurtherThanBodiesAreThin) {
   };
   write("fast.json", scene("-10"));
   const Finished fast =
-      palpate({"run", "fast.json", "--no-picture", "--out", "fast", "--set", "contact.continuous=false"});
+      palpate({"run", "fast.json", "--no-picture", "--out", "fast", "--set", "contact.continuous=off"});
   EXPECT_EQ(fast.exit_code, 0);
   EXPECT_NE(fast.out.find("in 1 step something may have gone through a body unseen ("), std::string::npos)
       << fast.out;

@@ -152,7 +152,8 @@ TEST(ContactMechanics, TwoPressedBlocksHaveEqualForcesAndDeformByTheirStiffness)
 
 /// Acceleration of a block on an inclined plane, over the analytic one. The plane has a point every 41.7 mm,
 /// and the block, 80 mm long, slides over them.
-double sliding_by_coulomb(double young_modulus, double friction, double time_step) {
+double sliding_by_coulomb(double young_modulus, double friction, double time_step,
+                          ContinuousDetection continuous) {
   constexpr double angle = 20.0 * 3.14159265358979 / 180.0;
   Model model;
   model.bodies.add("plane", test::box_mesh({48, 4, 1}, {-0.2, -0.07, -0.02}, {1.8, 0.07, 0}));
@@ -165,6 +166,7 @@ double sliding_by_coulomb(double young_modulus, double friction, double time_ste
   settings.time_step = time_step;
   settings.gravity = {9.81 * std::sin(angle), 0, -9.81 * std::cos(angle)};
   settings.response.friction = friction;
+  settings.detection.continuous = continuous;
   Simulation simulation(std::move(model), settings, 2);
   const auto velocity_at = [&](double time) {
     while (simulation.metrics().time < time - 1e-9) simulation.step();
@@ -186,8 +188,11 @@ TEST(ContactMechanics, ABlockSlidesOverAPlaneOfManyTrianglesAsCoulombSays) {
                                                  {6e6, 0.005},
                                                  {6e6, 0.01},
                                                  {6e6, 0.02}}) {
-    EXPECT_NEAR(sliding_by_coulomb(young_modulus, 0.3, time_step), 1.0, 0.01)
-        << "E " << young_modulus << ", step " << time_step;
+    for (const auto continuous : {ContinuousDetection::off, ContinuousDetection::limited}) {
+      EXPECT_NEAR(sliding_by_coulomb(young_modulus, 0.3, time_step, continuous), 1.0, 0.01)
+          << "E " << young_modulus << ", step " << time_step << ", continuous "
+          << continuous_detection_names[static_cast<std::size_t>(continuous)];
+    }
   }
 }
 

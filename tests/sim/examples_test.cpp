@@ -286,7 +286,7 @@ TEST(Examples, ANeedleThatWouldJumpOverTheSheetIsStoppedByIt) {
   EXPECT_LT(length(force_on(simulation, "needle") - Vec3{0, 0, weight}), 0.001 * weight);
   EXPECT_LT(heights(simulation, "needle").extent(), 0.008) << "it lies flat, 0.004 thick and 0.032 long";
 
-  scene.settings.detection.continuous = false;
+  scene.settings.detection.continuous = ContinuousDetection::off;
   Simulation jumps = simulate(scene);
   run_to(jumps, 0.01);
   const Heights before = heights(jumps, "needle");

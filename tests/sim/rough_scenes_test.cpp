@@ -119,7 +119,7 @@ TEST_F(RoughScenes, ASheetDoesNotPassAPlate) {
 /// Without continuous detection it does, and the metrics tell that it could.
 TEST_F(RoughScenes, ASheetThatMayPassAPlateUnseenIsCounted) {
   Scene shot = scene("sheet");
-  shot.settings.detection.continuous = false;
+  shot.settings.detection.continuous = ContinuousDetection::off;
   Simulation simulation = simulate(shot);
   int could = 0;
   while (simulation.metrics().time < shot.duration - 1e-9) {

@@ -230,7 +230,7 @@ struct ShotResult {
 /// 5 % of a thickness. (In a body that is crushed or folded sharply, parts of the core lie at the surface or
 /// outside of it.) A step is sampled so often that relative motion between two samples is at most a tenth of
 /// a thickness.
-inline ShotResult shoot(const Shot& shot, bool continuous) {
+inline ShotResult shoot(const Shot& shot, ContinuousDetection continuous) {
   SimulationSettings settings;
   settings.time_step = shot_step;
   settings.gravity = {};
@@ -287,23 +287,27 @@ inline ShotResult shoot(const Shot& shot, bool continuous) {
 /// Numbers of outcomes of shots.
 struct Shots {
   int through = 0;
+  int unseen = 0;  ///< of those that went through, without a pass that was counted
   int creeps = 0;
   int blown_up = 0;
 };
 
-/// Shots with these seeds; names those that went through.
-inline Shots shoot_all(std::uint64_t first, int count) {
+/// Shots with these seeds; names those that went through or blew up.
+inline Shots shoot_all(std::uint64_t first, int count, ContinuousDetection continuous) {
   Shots shots;
   for (std::uint64_t seed = first; seed < first + static_cast<std::uint64_t>(count); ++seed) {
     const Shot shot = random_shot(seed);
     try {
-      const ShotResult result = shoot(shot, true);
+      const ShotResult result = shoot(shot, continuous);
       const bool through = result.went_through && !result.creeps;
       if (through) std::printf("through in step %d: %s\n", result.through_step, shot.name.c_str());
       shots.through += through ? 1 : 0;
+      shots.unseen += through && result.passes == 0 ? 1 : 0;
       shots.creeps += result.creeps ? 1 : 0;
+      if (result.blew_up) std::printf("blew up: %s\n", shot.name.c_str());
       shots.blown_up += result.blew_up ? 1 : 0;
-    } catch (const Error&) {
+    } catch (const Error& error) {
+      std::printf("blew up: %s: %s\n", shot.name.c_str(), error.what());
       ++shots.blown_up;
     }
   }

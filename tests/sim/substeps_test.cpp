@@ -21,6 +21,7 @@ Simulation shot_simulation(std::uint64_t seed, int max_substeps, int threads = 1
   SimulationSettings settings;
   settings.time_step = step_length;
   settings.gravity = {};
+  settings.detection.continuous = ContinuousDetection::full;
   settings.solver.max_substeps = max_substeps;
   return {test::random_shot(seed).model, settings, threads};
 }

@@ -8,7 +8,7 @@ namespace {
 
 TEST(SweptInTheLarge, OfTenThousandShotsNoneGoesThrough) {
   constexpr int count = 10000;
-  const test::Shots shots = test::shoot_all(1000000, count);
+  const test::Shots shots = test::shoot_all(1000000, count, ContinuousDetection::full);
   EXPECT_EQ(shots.through, 0);
   EXPECT_LE(shots.creeps, 2);
   EXPECT_EQ(shots.blown_up, 0);

@@ -13,7 +13,7 @@
 namespace palpate {
 namespace {
 
-Simulation simulate(Scene scene, bool continuous, int threads = 2) {
+Simulation simulate(Scene scene, ContinuousDetection continuous, int threads = 2) {
   scene.settings.detection.continuous = continuous;
   Model model = load_model(scene, [](const std::filesystem::path& path) -> TetMesh {
     throw Error(path.string(), "", "a mesh file", "none");
@@ -36,10 +36,10 @@ constexpr const char* sheet_on_plate =
 
 TEST(Swept, ASheetAtThreeThicknessesAStepStopsAtAPlate) {
   const Scene scene = read_scene_text(sheet_on_plate, "sheet");
-  Simulation off = simulate(scene, false);
+  Simulation off = simulate(scene, ContinuousDetection::off);
   while (off.metrics().time < 0.4 - 1e-9) off.step();
   EXPECT_LT(lowest(off, 1), -0.1) << "it must take a continuous detection";
-  Simulation on = simulate(scene, true);
+  Simulation on = simulate(scene, ContinuousDetection::limited);
   std::int64_t stopped = 0;
   while (on.metrics().time < 0.4 - 1e-9) {
     const StepMetrics& m = on.step();
@@ -54,7 +54,7 @@ TEST(Swept, ASheetAtThreeThicknessesAStepStopsAtAPlate) {
 TEST(Swept, ASheetStopsAtAPlateWithBdf2Too) {
   Scene scene = read_scene_text(sheet_on_plate, "sheet");
   scene.settings.time_integration = TimeIntegration::bdf2;
-  Simulation simulation = simulate(scene, true);
+  Simulation simulation = simulate(scene, ContinuousDetection::limited);
   std::int64_t stopped = 0;
   int second_order = 0;
   while (simulation.metrics().time < 0.4 - 1e-9) {
@@ -70,7 +70,7 @@ TEST(Swept, ASheetStopsAtAPlateWithBdf2Too) {
 }
 
 TEST(Swept, WithoutItPairsThatCouldPassAreCounted) {
-  Simulation off = simulate(read_scene_text(sheet_on_plate, "sheet"), false);
+  Simulation off = simulate(read_scene_text(sheet_on_plate, "sheet"), ContinuousDetection::off);
   std::int64_t pairs = 0;
   for (int i = 0; i < 10; ++i) {
     pairs += off.step().pairs_that_could_pass;
@@ -93,9 +93,10 @@ TEST(Swept, WhereContactsMayBeMissingEveryMotionCounts) {
         "resting box");
     scene.settings.detection.cells_per_primitive = cells_per_primitive;
     if (tests) scene.settings.detection.budget = Budget{.tests = tests};
-    Simulation simulation = simulate(std::move(scene), true);
+    Simulation simulation = simulate(std::move(scene), ContinuousDetection::limited);
     for (int i = 0; i < 10; ++i) simulation.step();
-    EXPECT_EQ(may_have_passed(simulation.metrics(), true), simulation.metrics().pairs_that_could_pass > 0);
+    EXPECT_EQ(may_have_passed(simulation.metrics(), ContinuousDetection::limited),
+              simulation.metrics().pairs_that_could_pass > 0);
     return simulation.metrics().pairs_that_could_pass;
   };
   EXPECT_EQ(pairs({}, {}), 0);
@@ -107,13 +108,13 @@ TEST(Swept, WhereContactsMayBeMissingEveryMotionCounts) {
 TEST(Swept, StopsHaveTheSameBitsForEveryThreadCountAndAfterARestart) {
   const Scene scene = read_scene_text(sheet_on_plate, "sheet");
   const auto hash = [&](int threads, bool restarts) {
-    Simulation simulation = simulate(scene, true, threads);
+    Simulation simulation = simulate(scene, ContinuousDetection::limited, threads);
     std::int64_t stopped = 0;
     for (int i = 0; i < 12; ++i) {
       stopped += simulation.step().stopped_passes;
       if (!restarts) continue;
       const std::vector<std::byte> saved = simulation.save();
-      simulation = simulate(scene, true, threads);
+      simulation = simulate(scene, ContinuousDetection::limited, threads);
       simulation.restore(saved);
     }
     EXPECT_GT(stopped, 0);
@@ -129,7 +130,7 @@ TEST(Swept, StopsHaveTheSameBitsForEveryThreadCountAndAfterARestart) {
 TEST(Swept, NoShotGoesThroughWhereEdgesJustTouched) {
   for (const std::uint64_t seed : {1000241U, 1001178U, 1001530U, 1001664U, 1002294U, 1002796U, 1003227U}) {
     const test::Shot shot = test::random_shot(seed);
-    EXPECT_FALSE(test::shoot(shot, true).went_through) << shot.name;
+    EXPECT_FALSE(test::shoot(shot, ContinuousDetection::full).went_through) << shot.name;
   }
 }
 
@@ -138,7 +139,7 @@ TEST(Swept, NoShotGoesThroughWhereEdgesJustTouched) {
 TEST(Swept, NoShotGoesThroughWhereBodiesTouchAtTheStart) {
   for (const std::uint64_t seed : {1001220U, 1006531U, 2005677U, 2007091U}) {
     const test::Shot shot = test::random_shot(seed);
-    EXPECT_FALSE(test::shoot(shot, true).went_through) << shot.name;
+    EXPECT_FALSE(test::shoot(shot, ContinuousDetection::full).went_through) << shot.name;
   }
 }
 
@@ -146,15 +147,24 @@ TEST(Swept, NoShotGoesThroughWhereBodiesTouchAtTheStart) {
 TEST(Swept, NoShotGoesThroughOrBlowsUpWhereBodiesRotateFast) {
   for (const std::uint64_t seed : {2001265U, 2002003U, 2002078U, 2002757U, 2003276U, 2003290U, 2008445U}) {
     const test::Shot shot = test::random_shot(seed);
-    const test::ShotResult result = test::shoot(shot, true);
+    const test::ShotResult result = test::shoot(shot, ContinuousDetection::full);
     EXPECT_FALSE(result.went_through) << shot.name;
     EXPECT_FALSE(result.blew_up) << shot.name;
   }
 }
 
 TEST(Swept, NoShotGoesThrough) {
-  const test::Shots shots = test::shoot_all(0, 300);
+  const test::Shots shots = test::shoot_all(0, 300, ContinuousDetection::full);
   EXPECT_EQ(shots.through, 0);
+  EXPECT_EQ(shots.creeps, 0);
+  EXPECT_EQ(shots.blown_up, 0);
+}
+
+// A limited search leaves passes, but tells of them.
+TEST(Swept, OfALimitedSearchFewShotsGoThroughAndAreCounted) {
+  const test::Shots shots = test::shoot_all(0, 300, ContinuousDetection::limited);
+  EXPECT_LE(shots.through, 3);
+  EXPECT_EQ(shots.unseen, 0);
   EXPECT_EQ(shots.creeps, 0);
   EXPECT_EQ(shots.blown_up, 0);
 }

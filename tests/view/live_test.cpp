@@ -359,7 +359,7 @@ TEST(LiveSource, CountsStepsInWhichSomethingMayHavePassedUnseen) {
   test::run(*quiet, 10);
   EXPECT_EQ(quiet->counts()["too_far"]["steps"], 0);
   const Scene scene = read_scene_text(
-      R"({"name": "shot", "time_step": 0.005, "gravity": [0, 0, 0], "contact": {"continuous": false}, "bodies": [
+      R"({"name": "shot", "time_step": 0.005, "gravity": [0, 0, 0], "contact": {"continuous": "off"}, "bodies": [
     {"name": "plate", "obstacle": true, "box": {"cells": [4, 4, 1], "size": [0.04, 0.04, 0.01]}},
     {"name": "ball", "ball": {"radius": 0.01, "resolution": 2}, "translate": [0, 0, 0.08],
      "velocity": [0, 0, -10], "material": {"young_modulus": 1e5}}]})",
