@@ -93,7 +93,6 @@ void Simulation::State::begin_step() {
   step_loads = loads.forces(bodies, dynamics.positions(), settings.gravity, substep.end);
   dynamics.begin_step(substep.length, settings.gravity, step_loads);
   progress.stopped_passes = 0;
-  progress.searches = 0;
   progress.least_stops = std::numeric_limits<std::int64_t>::max();
   progress.failed_searches = 0;
   metrics.stopped_passes = 0;

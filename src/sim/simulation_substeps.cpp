@@ -84,19 +84,19 @@ bool Simulation::State::solve_substep(const StepMetrics& last, bool may_divide) 
   return true;
 }
 
-/// Solves the substep as solve_substep(). If it fails only because something is stopped from passing, and may
-/// not be divided, it is solved without that, and the passes are counted: a body that is moved through
-/// another one in a step cannot be stopped.
+/// Solves the substep as solve_substep(). If it fails only because something is stopped from passing, it is
+/// solved without that, and the passes are counted: a body that is moved through another one in a step cannot
+/// be stopped. Substeps are tried first, unless the search is limited.
 bool Simulation::State::try_substep(const StepMetrics& last, bool may_divide) {
   if (solve_substep(last, may_divide)) return true;
-  if (may_divide) return false;
+  if (may_divide && !is_limited(0)) return false;
   const StepMetrics failed = metrics;
   reset_counts();
   set_end();
   progress.may_stop = false;
-  solve_substep(last, false);
+  const bool solved = solve_substep(last, may_divide);
   add_work(failed, metrics);
-  return true;
+  return solved;
 }
 
 void Simulation::State::undo_substep() {

@@ -20,10 +20,19 @@ bool Simulation::State::sweeps() const {
   return settings.detection.continuous != ContinuousDetection::off;
 }
 
-/// If something must be stopped, this many times more solves are allowed.
+/// Whether the effort for passes is limited from now on, with so many further passes. The first search finds
+/// 9 of 10 passes; the others are those that its stops cause, and each search costs a solve. Where there are
+/// few passes in all, as with a needle, solves are cheap.
+bool Simulation::State::is_limited(std::int64_t passes) const {
+  constexpr std::int64_t few = 100;
+  return settings.detection.continuous == ContinuousDetection::limited && progress.stopped_passes > 0 &&
+         progress.stopped_passes + passes > few;
+}
+
+/// If something must be stopped, and this effort is not limited, this many times more solves are allowed.
 int Simulation::State::most_solves(bool stops_passes) const {
   constexpr int for_passes = 4;
-  return (stops_passes ? for_passes : 1) * settings.solver.max_solves;
+  return (stops_passes && !is_limited(0) ? for_passes : 1) * settings.solver.max_solves;
 }
 
 /// Whether the last searches found as many passes as one before, or more. Where a body is moved through
@@ -32,15 +41,6 @@ bool Simulation::State::stops_fail() const {
   constexpr int most_searches = 3;
   constexpr std::int64_t many = 2000;
   return progress.failed_searches >= most_searches && progress.stopped_passes > many;
-}
-
-/// Whether a limited search ends here. The first search finds 9 of 10 passes; those that many stops cause are
-/// few, and each search costs a solve. Where there are few stops in all, as with a needle, solves are cheap.
-bool Simulation::State::ends_search(std::int64_t stops) const {
-  constexpr int most_searches = 2;
-  constexpr std::int64_t few = 100;
-  return settings.detection.continuous == ContinuousDetection::limited &&
-         progress.searches >= most_searches && progress.stopped_passes + stops > few;
 }
 
 /// Adds laws for pairs that would pass, and returns whether there are any. If no further solve is allowed, or
@@ -55,11 +55,10 @@ bool Simulation::State::stop_passes() {
     progress.least_stops = std::min<std::int64_t>(progress.least_stops, std::ssize(stops));
   }
   const bool solves_again = progress.may_stop && can_predict() && !stops_fail() &&
-                            !ends_search(std::ssize(stops)) && progress.solves < most_solves(true);
+                            !is_limited(std::ssize(stops)) && progress.solves < most_solves(true);
   metrics.passes = swept.left() + (solves_again ? 0 : std::ssize(stops));
   if (stops.empty() || !solves_again) return false;
   swept.stop(predicted(), response, couplings);
-  ++progress.searches;
   progress.stopped_passes += std::ssize(stops);
   metrics.stopped_passes = progress.stopped_passes;
   return true;

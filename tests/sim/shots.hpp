@@ -311,8 +311,10 @@ inline Shots shoot_all(std::uint64_t first, int count, ContinuousDetection conti
       ++shots.blown_up;
     }
   }
-  std::printf("%d shots: %d went through, %d crept through below the filter, %d blew up\n", count,
-              shots.through, shots.creeps, shots.blown_up);
+  std::printf(
+      "%d shots: %d went through (%d without a pass that was counted), %d crept through below the filter, %d "
+      "blew up\n",
+      count, shots.through, shots.unseen, shots.creeps, shots.blown_up);
   return shots;
 }
 
