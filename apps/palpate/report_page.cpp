@@ -31,7 +31,7 @@ void add_warnings(const RunReport& report, HtmlPage& page) {
                                    outcome.inverted_tets.largest));
   }
   if (outcome.steps_too_far > 0) {
-    warnings.push_back(fmt::format("something may have gone through a body unseen in {} ({} {} thin)",
+    warnings.push_back(fmt::format("something may have gone through a body in {} ({} {} thin)",
                                    counted(static_cast<std::size_t>(outcome.steps_too_far), "step"),
                                    short_text(outcome.thinnest), report.scene.units.length));
   }
@@ -43,8 +43,7 @@ void add_warnings(const RunReport& report, HtmlPage& page) {
     warnings.emplace_back("overlaps at the start were not removed to the allowed depth");
   for (const std::string& warning : warnings) page.warning(warning);
   if (!warnings.empty()) return;
-  page.paragraph(
-      "No warnings: all steps converged, no tet was inverted, nothing went through a body unseen.");
+  page.paragraph("No warnings: all steps converged, no tet was inverted, nothing went through a body.");
 }
 
 /// A row for each outcome: its values at the end, and at the end of each stage.

@@ -82,7 +82,7 @@ struct RunOutcome {
   std::int64_t solver_iterations = 0;
   std::int64_t steps_not_converged = 0;  ///< steps with a solve that ended above the tolerance
   std::int64_t steps_divided = 0;        ///< steps that were divided into substeps
-  /// Steps in which something may have passed through a body unseen: points that ended on the wrong side or,
+  /// Steps in which something may have passed through a body: points that ended on the wrong side or,
   /// without continuous detection or without all contacts, could have.
   std::int64_t steps_too_far = 0;
   double thinnest = 0.0;                       ///< least local thickness of bodies in these steps; 0: none

@@ -22,20 +22,20 @@ std::string tally_line(const char* name, const Tally& tally) {
   return fmt::format("{:<14}{} at the end, {} at most\n", name, tally.last, tally.largest);
 }
 
-/// A line for a run in which something may have gone through a body unseen, with the settings that prevent
+/// A line for a run in which something may have gone through a body, with the settings that prevent
 /// it. Empty if nothing may.
 std::string too_far_line(const RunReport& report) {
   const RunOutcome& outcome = report.outcome;
   if (outcome.steps_too_far == 0) return "";
   const DetectionSettings& detection = report.simulation.settings().detection;
   std::string cures = "a smaller time_step";
-  if (detection.continuous != ContinuousDetection::full) cures += R"(, or contact.continuous "full")";
+  if (detection.continuous == ContinuousDetection::off) cures += R"(, or contact.continuous "limited")";
+  if (detection.continuous == ContinuousDetection::limited) cures += R"(, or contact.continuous "full")";
   if (detection.cells_per_primitive) cures += R"(, or contact.cells_per_primitive "exact")";
   if (outcome.late_steps > 0) cures += ", or a larger contact.budget";
-  return fmt::format(
-      "too far       in {} something may have gone through a body unseen ({} {} thin); take {}\n",
-      counted(static_cast<std::size_t>(outcome.steps_too_far), "step"), short_text(outcome.thinnest),
-      report.scene.units.length, cures);
+  return fmt::format("too far       in {} something may have gone through a body ({} {} thin); take {}\n",
+                     counted(static_cast<std::size_t>(outcome.steps_too_far), "step"),
+                     short_text(outcome.thinnest), report.scene.units.length, cures);
 }
 
 /// A line for a run whose budget was too small: how much work is left undone, and in which bodies. Empty if

@@ -74,7 +74,8 @@ enum class ContinuousDetection {
   /// Stops them at the first touch, but does not search many times in a step: passes that are left are
   /// counted.
   limited,
-  full,  ///< searches until nothing passes, if need be in substeps; steps can take many times as long
+  /// Searches on, if need be in substeps; counts what cannot be stopped. Steps can take many times as long.
+  full,
 };
 
 /// The names that scenes and command lines use; index = enum value.

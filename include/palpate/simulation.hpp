@@ -31,8 +31,8 @@ struct StepMetrics {
   /// Stopped points and edges that would have passed through another body and ended on the wrong side
   /// (docs/continuous.md).
   std::int64_t stopped_passes = 0;
-  /// Points and edges left on the wrong side, since max_solves was reached or they could not be stopped; only
-  /// with detection.continuous.
+  /// Points and edges left on the wrong side: they could not be stopped, or the search was limited. Counted
+  /// unless ContinuousDetection::off.
   std::int64_t passes = 0;
   /// Pairs of bodies that could meet, with a relative motion so large that parts could pass through; where
   /// contacts may be missing (DetectionCounts::dropped_cells, completeness), with any relative motion.

@@ -22,7 +22,7 @@
 
 namespace palpate {
 
-inline constexpr Seal state_seal{.kind = "PALPSTAT", .version = 12};
+inline constexpr Seal state_seal{.kind = "PALPSTAT", .version = 13};
 
 /// Hashes (FNV-1a, 64 bits) of the model and settings of a state: a simulation accepts only states with its
 /// own fingerprint. Settings that do not affect results (structure, order, sort, cell size, threads) are left

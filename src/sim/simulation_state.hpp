@@ -71,6 +71,7 @@ struct Simulation::State {
   [[nodiscard]] int most_solves(bool stops_passes) const;
   [[nodiscard]] bool stops_fail() const;
   [[nodiscard]] bool sweeps() const;
+  [[nodiscard]] double most_speed_of_stops() const;
   [[nodiscard]] bool is_limited(std::int64_t passes) const;
   bool stop_passes();
   void count_passes();
@@ -79,6 +80,7 @@ struct Simulation::State {
     int solves = 0;        ///< in the substep, with those of an attempt with BDF2
     bool may_stop = true;  ///< what would pass may be stopped
     std::int64_t stopped_passes = 0;
+    double most_speed = 0.0;         ///< of a point where passes are stopped, m/s
     std::int64_t least_stops = 0;    ///< in one search of the substep
     int failed_searches = 0;         ///< since then, searches that found as many or more
     double detection_seconds = 0.0;  ///< of the time budget, in the substep

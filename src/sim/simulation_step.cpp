@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -121,7 +122,8 @@ bool Simulation::State::solve(bool loose, bool steady) {
   // Free fall does not count as a blow-up, however small the body is.
   const double fall =
       2.0 * length(settings.gravity) * static_cast<double>(metrics.step + 1) * settings.time_step;
-  const double allowed = settings.limits.max_speed ? max_speed : max_speed + fall;
+  double allowed = settings.limits.max_speed ? max_speed : max_speed + fall;
+  if (progress.stopped_passes > 0) allowed = std::min(allowed, progress.most_speed);
   dynamics.check_limits(allowed, settings.limits.inverted_time);
   return report.converged;
 }

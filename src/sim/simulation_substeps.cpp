@@ -57,8 +57,8 @@ void Simulation::State::finish_substep() {
 
 /// Solves the substep with implicit Euler. If it fails, restores the state before it.
 /// \param may_divide  if it does not converge or throws an Error, the state is restored, too, and false
-/// returned. Without it, this is so only where passes are stopped: if passes remain and it does not converge,
-/// or if it throws an Error
+/// returned. Without it, this is so only where passes are stopped: if passes remain and it does not converge
+/// (unless iterations are fixed), or if it throws an Error
 bool Simulation::State::solve_substep(const StepMetrics& last, bool may_divide) {
   metrics.order = 1;
   DetectorSteps::hold(detector);
@@ -66,7 +66,8 @@ bool Simulation::State::solve_substep(const StepMetrics& last, bool may_divide) 
   try {
     const bool converged = solve_step(last).converged;
     const bool passes_remain = progress.may_stop && metrics.passes > 0;
-    solved = !stops_fail() && (converged || (!may_divide && !passes_remain));
+    const bool must_converge = may_divide || (passes_remain && !settings.solver.fixed_iterations);
+    solved = !stops_fail() && (converged || !must_converge);
   } catch (const Error&) {
     if (!may_divide && progress.stopped_passes == 0) {
       undo_substep();

@@ -1,6 +1,8 @@
 #include <algorithm>
 
 #include "contact/detector_steps.hpp"
+#include "geometry/scaled_length.hpp"
+#include "geometry/vector.hpp"
 #include "sim/simulation_state.hpp"
 #include "sim/unseen_passes.hpp"
 
@@ -43,6 +45,19 @@ bool Simulation::State::stops_fail() const {
   return progress.failed_searches >= most_searches && progress.stopped_passes > many;
 }
 
+/// The largest speed of a point that stops may cause, m/s. They take energy, but what they hit may be lighter
+/// than what hits it. A solution that is faster comes from stops that contradict each other.
+double Simulation::State::most_speed_of_stops() const {
+  constexpr double times = 4.0;
+  const auto fastest = [](std::span<const Vec3> velocities) {
+    double most = 0.0;
+    for (const Vec3& v : velocities) most = std::max(most, scaled_length(v));
+    return most;
+  };
+  return times * std::max(fastest(dynamics.velocities()), fastest(dynamics.mean_velocities())) +
+         step_length() * length(settings.gravity);
+}
+
 /// Adds laws for pairs that would pass, and returns whether there are any. If no further solve is allowed, or
 /// the search ends, only counts the pairs.
 bool Simulation::State::stop_passes() {
@@ -50,14 +65,15 @@ bool Simulation::State::stop_passes() {
   const auto stops =
       swept.find(threads, predicted(), DetectorSteps::may_touch(detector), response,
                  std::span(couplings).subspan(first_contact, first_speculative - first_contact));
-  if (!stops.empty() && progress.may_stop) {
+  const bool may_stop = progress.may_stop && !is_limited(std::ssize(stops));
+  if (!stops.empty() && may_stop) {
     progress.failed_searches = std::ssize(stops) < progress.least_stops ? 0 : progress.failed_searches + 1;
     progress.least_stops = std::min<std::int64_t>(progress.least_stops, std::ssize(stops));
   }
-  const bool solves_again = progress.may_stop && can_predict() && !stops_fail() &&
-                            !is_limited(std::ssize(stops)) && progress.solves < most_solves(true);
+  const bool solves_again = may_stop && can_predict() && !stops_fail() && progress.solves < most_solves(true);
   metrics.passes = swept.left() + (solves_again ? 0 : std::ssize(stops));
   if (stops.empty() || !solves_again) return false;
+  if (progress.stopped_passes == 0) progress.most_speed = most_speed_of_stops();
   swept.stop(predicted(), response, couplings);
   progress.stopped_passes += std::ssize(stops);
   metrics.stopped_passes = progress.stopped_passes;

@@ -106,7 +106,7 @@ class LiveSource : public Source {
   PhaseSeconds seconds_{};
   std::int64_t steps_not_converged_ = 0;  ///< since the start or reset()
   std::int64_t most_inverted_tets_ = 0;   ///< since the start or reset()
-  std::int64_t steps_too_far_ = 0;        ///< in which something may have gone through a body unseen
+  std::int64_t steps_too_far_ = 0;        ///< in which something may have gone through a body
   double thinnest_ = 0.0;                 ///< least local thickness there, m
   bool has_reactions_ = false;            ///< the last step computed reactions of prescribed bodies
   std::map<Client, Held> pulls_;

@@ -322,7 +322,7 @@ TEST_F(Run, SaysWherePointsGoFurtherThanBodiesAreThin) {
   const Finished fast =
       palpate({"run", "fast.json", "--no-picture", "--out", "fast", "--set", "contact.continuous=off"});
   EXPECT_EQ(fast.exit_code, 0);
-  EXPECT_NE(fast.out.find("in 1 step something may have gone through a body unseen ("), std::string::npos)
+  EXPECT_NE(fast.out.find("in 1 step something may have gone through a body ("), std::string::npos)
       << fast.out;
   const Json through = Json::parse(read("fast/run.json"));
   EXPECT_GE(through["steps_too_far"], 1);

@@ -153,6 +153,14 @@ TEST(Swept, NoShotGoesThroughOrBlowsUpWhereBodiesRotateFast) {
   }
 }
 
+// In this shot stops contradict each other: together they would give a point 160 times the speed of the shot.
+TEST(Swept, AShotWhoseStopsContradictEachOtherDoesNotBlowUp) {
+  const test::Shot shot = test::random_shot(1003880);
+  const test::ShotResult result = test::shoot(shot, ContinuousDetection::full);
+  EXPECT_FALSE(result.went_through);
+  EXPECT_FALSE(result.blew_up);
+}
+
 TEST(Swept, NoShotGoesThrough) {
   const test::Shots shots = test::shoot_all(0, 300, ContinuousDetection::full);
   EXPECT_EQ(shots.through, 0);

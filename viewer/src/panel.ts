@@ -255,7 +255,7 @@ export class Panel {
     const tooFar = counts.too_far?.steps ?? 0;
     if (tooFar > 0) {
       const thin = inWords(counts.too_far?.thinnest ?? 0, this.stage.units, length);
-      lines.push(["too far", `${tooFar} ${tooFar === 1 ? "step" : "steps"}: something may have gone through a body unseen (${thin} thin)`]);
+      lines.push(["too far", `${tooFar} ${tooFar === 1 ? "step" : "steps"}: something may have gone through a body (${thin} thin)`]);
     }
     const text = lines.flat().join("");
     if (this.warnings.textContent === text) return;
