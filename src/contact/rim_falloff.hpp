@@ -12,9 +12,9 @@
 
 namespace palpate {
 
-/// Width of the rim, m: the distance from a side at which the falloff ends, a quarter of the mean edge at
-/// rest. O(edges).
-inline constexpr double reach_of_an_edge = 0.25;  ///< reach over the mean edge length
+/// Width of the rim over the mean edge length of the body at rest.
+inline constexpr double reach_of_an_edge = 0.25;
+/// Width of the rim, m: the distance from a side at which the falloff ends. O(edges).
 [[nodiscard]] double rim_reach(const Bodies& bodies, Index body);
 
 /// Scale of a contact's stiffness near a rim, where the surface of the body turns away (ContactResponse says
