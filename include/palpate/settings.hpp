@@ -74,7 +74,7 @@ enum class ContinuousDetection {
   /// Stops them at the first touch, but does not search many times in a step: passes that are left are
   /// counted.
   limited,
-  /// Searches on, if need be in substeps; counts what cannot be stopped. Steps can take many times as long.
+  /// Searches on, if need be in substeps; counts what cannot be stopped. A step can take minutes.
   full,
 };
 
