@@ -60,6 +60,7 @@ bool RimEdgeSearch::find_border(const Frame& frame, Index c, const EdgeLine& lin
   found.parameter = first_inside ? part : 1.0 - part;
   const LineExit exit =
       silhouettes_.nearest(frame.bodies, frame.positions, found.triangle, line, frame.reach);
+  found.beyond = exit.beyond;
   found.depth = exit.distance;
   found.direction = exit.direction;
   return exit.direction != Vec3{} && line.allowance(exit.direction) == 0.0;

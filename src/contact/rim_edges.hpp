@@ -18,6 +18,7 @@ struct RimEdge {
   /// Its crossing, if an end is outside: the triangle, and the parameter, 0 at the edge's first point.
   Index triangle = -1;
   double parameter = 0.0;
+  Index beyond = -1;   ///< triangle on the other side of the silhouette over which it leaves
   double depth = 0.0;  ///< distance by which the edge must move to leave, m
   Vec3 direction;      ///< unit vector along which it must move
 };

@@ -69,7 +69,7 @@ void SilhouetteSearch::consider(const Bodies& bodies, std::span<const Vec3> posi
     if (!goes_on) {
       const Vec3 direction = direction_over(positions, line, i, corners[i]);
       const double bound = distance + line.allowance(direction);
-      if (bound < best.bound) best = {{distance, direction}, bound};
+      if (bound < best.bound) best = {{distance, direction, other}, bound};
     } else if (!has_reached(other)) {
       reached_.push_back(other);
       heap_.push_back({distance, other, here.triangle});

@@ -13,7 +13,8 @@ namespace palpate {
 /// The shortest sideways exit of a straight line from a body.
 struct LineExit {
   double distance = 0.0;  ///< m
-  Vec3 direction;  ///< unit, across the line: after moving by the distance along it, the line only touches
+  Vec3 direction;     ///< unit, across the line: after moving by the distance along it, the line only touches
+  Index beyond = -1;  ///< triangle on the other side of the silhouette there
 };
 
 /// A straight line that is an edge of another body, or of another part of the same one.

@@ -43,7 +43,11 @@ class WantedItems {
    private:
     std::uint8_t* marks_;  ///< stays in a register, although bytes are written
   };
-  [[nodiscard]] bool is_listed(Index item) const { return at(marks_, item) == listed; }
+  /// Whether an item is in the list. Other threads may ask for items at the same time.
+  [[nodiscard]] bool is_listed(Index item) const {
+    auto& mark = const_cast<std::uint8_t&>(at(marks_, item));  // until C++26, atomic_ref takes no constant
+    return std::atomic_ref(mark).load(std::memory_order_relaxed) == listed;
+  }
   /// Lists the items that were asked for since the last call. O(those + items / 8), parallel.
   std::span<const Index> list(const parallel::Threads& threads) {
     lists_.fill(threads, marks_.size(), grain,

@@ -199,8 +199,14 @@ void CoarseLevel::coarsen_couplings(const parallel::Threads& threads, CouplingJa
   }
   next.reset(couplings, block_limits_);
   std::ranges::copy(jacobians_.rows, next.rows.begin());
-  coupling_chunks_.resize(
-      std::max(coupling_chunks_.size(), parallel::chunk_count(couplings, coupling_grain)));
+  // Room in all chunks for the most terms of one, so that only the first steps allocate.
+  const std::size_t chunks = parallel::chunk_count(couplings, coupling_grain);
+  if (coupling_chunks_.size() < chunks) coupling_chunks_.resize(chunks + chunks / 8 + 1);
+  std::size_t most = 0;
+  for (std::size_t first = 0; first < couplings; first += coupling_grain)
+    most = std::max<std::size_t>(most,
+                                 next.begin[std::min(first + coupling_grain, couplings)] - next.begin[first]);
+  for (Chunk& chunk : coupling_chunks_) make_room(chunk.terms, most);
   parallel::for_chunks(
       threads, couplings, coupling_grain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
         std::vector<simd::BlockTerm>& terms = coupling_chunks_[chunk].terms;

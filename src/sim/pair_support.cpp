@@ -73,7 +73,7 @@ void PairSupport::measure(const Bodies& bodies, std::span<const Vec3> positions,
   pairs_.clear();
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     const Index own = at(bodies.body_of_point(), contacts.point[c]);
-    const Pair pair(std::min(own, contacts.body[c]), std::max(own, contacts.body[c]));
+    const PairOfBodies pair = pair_of(own, contacts.body[c]);
     const Vec3& x = at(positions, contacts.point[c]);
     auto place = std::ranges::lower_bound(pairs_, pair, {}, &Support::pair);
     if (place == pairs_.end() || place->pair != pair) {
@@ -87,10 +87,27 @@ void PairSupport::measure(const Bodies& bodies, std::span<const Vec3> positions,
   for (Support& support : pairs_) support.lack = lack_of(support);
 }
 
-double PairSupport::lack(Index body_a, Index body_b) const {
-  const Pair pair(std::min(body_a, body_b), std::max(body_a, body_b));
+/// The place of a pair in `pairs_`, or its size.
+std::size_t PairSupport::find(Index body_a, Index body_b) const {
+  const PairOfBodies pair = pair_of(body_a, body_b);
   const auto place = std::ranges::lower_bound(pairs_, pair, {}, &Support::pair);
-  return place != pairs_.end() && place->pair == pair ? place->lack : 1.0;
+  return place != pairs_.end() && place->pair == pair ? static_cast<std::size_t>(place - pairs_.begin())
+                                                      : pairs_.size();
+}
+
+double PairSupport::lack(Index body_a, Index body_b) const {
+  const std::size_t pair = find(body_a, body_b);
+  return pair < pairs_.size() ? pairs_[pair].lack : 1.0;
+}
+
+void PairSupport::soften(Index body_a, Index body_b, double part) {
+  Support& support = pairs_[find(body_a, body_b)];
+  support.softness = std::min(support.softness, part);
+}
+
+double PairSupport::softness(Index body_a, Index body_b) const {
+  const std::size_t pair = find(body_a, body_b);
+  return pair < pairs_.size() ? pairs_[pair].softness : 1.0;
 }
 
 }  // namespace palpate

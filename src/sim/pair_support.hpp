@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <span>
@@ -11,6 +12,12 @@
 #include "geometry/vector.hpp"
 
 namespace palpate {
+
+using PairOfBodies = std::pair<Index, Index>;  ///< the lower body first
+
+[[nodiscard]] inline PairOfBodies pair_of(Index body_a, Index body_b) {
+  return {std::min(body_a, body_b), std::max(body_a, body_b)};
+}
 
 /// How well the contacts of two bodies resist tilting, although contacts at rims have little force.
 ///
@@ -28,9 +35,13 @@ class PairSupport {
   /// Lack of support of a pair. 0: points support the pair; 1: no point does, or all supporting points are on
   /// one line. O(log pairs).
   [[nodiscard]] double lack(Index body_a, Index body_b) const;
+  /// Call after measure() for each contact that acts softly because it began deep: its stiffness relative to
+  /// the usual one. O(log pairs).
+  void soften(Index body_a, Index body_b, double part);
+  /// The least of these of a pair, at most 1. O(log pairs).
+  [[nodiscard]] double softness(Index body_a, Index body_b) const;
 
  private:
-  using Pair = std::pair<Index, Index>;  ///< the lower body first
   /// Sums of weights, positions and products of two coordinates (xx, yy, zz, xy, xz, yz).
   struct Moments {
     double weight = 0.0;
@@ -40,12 +51,14 @@ class PairSupport {
     [[nodiscard]] std::array<double, 6> variance() const;
   };
   struct Support {
-    Pair pair;
+    PairOfBodies pair;
     Vec3 origin;  ///< near the contacts, so that sums lose no digits
     Moments all;
     Moments held;
     double lack = 0.0;
+    double softness = 1.0;
   };
+  [[nodiscard]] std::size_t find(Index body_a, Index body_b) const;
   [[nodiscard]] static double lack_of(const Support& support);
 
   std::vector<Support> pairs_;  ///< sorted

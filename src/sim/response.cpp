@@ -33,10 +33,16 @@ constexpr double most_chatter_damping = 20.0;
 /// the class.
 constexpr double stiff_damping = 10.0;
 
-/// Depth, in mean edges of the penetrated body, from which a contact that was not there before acts softly.
+/// Depth, in mean edges of the penetrated body, from which a contact that was not there before acts softly,
+/// with all others of the two bodies that were not there.
 constexpr double deep = 0.4;
 /// Its first stiffness, times the square of the time step and relative to the reduced mass.
-constexpr double soft_stiffness = 4.0;
+constexpr double soft_stiffness = 2.0;
+
+/// Whether a contact acts for the first time.
+bool begins(const ContactStates& states, std::size_t c) {
+  return states.seen[c] == 1 && states.lost[c] == 0;
+}
 
 }  // namespace
 
@@ -136,6 +142,7 @@ void ContactResponse::compute(const parallel::Threads& threads, const Bodies& bo
   // Reserves room for the contacts of add_speculative(), so that only the first steps allocate.
   make_room(idle_, contacts);
   make_room(speculative_, contacts / 8);
+  list_deep_pairs(bodies, table);
   for_each_searching(threads, contacts, [&](std::size_t c, ExitSearch& search) {
     compute_one(bodies, table, c, positions, velocities, search, couplings[first + c]);
   });
@@ -168,12 +175,23 @@ void ContactResponse::append_edges(std::span<const EdgeResponse::Row> rows,
   }
 }
 
+void ContactResponse::list_deep_pairs(const Bodies& bodies, const ContactTable& table) {
+  const Contacts& contacts = table.contacts();
+  deep_pairs_.clear();
+  for (std::size_t c = 0; c < contacts.size(); ++c) {
+    if (!begins(table.states(), c)) continue;
+    const double edge = rims_.reach(contacts.body[c]) / reach_of_an_edge;
+    if (contacts.depth[c] > deep * edge)
+      deep_pairs_.push_back(pair_of(at(bodies.body_of_point(), contacts.point[c]), contacts.body[c]));
+  }
+  std::ranges::sort(deep_pairs_);
+  deep_pairs_.erase(std::ranges::unique(deep_pairs_).begin(), deep_pairs_.end());
+}
+
 double ContactResponse::stiffness_now(ContactStates& states, std::size_t c, double usual,
-                                      const fem::Coupling& coupling, const Contacts& contacts) const {
+                                      const fem::Coupling& coupling, const PairOfBodies& pair) const {
   std::uint8_t& steps = states.soft[c];
-  const bool begins = states.seen[c] == 1 && states.lost[c] == 0;
-  const double edge = rims_.reach(contacts.body[c]) / reach_of_an_edge;
-  if (steps == 0 && !(begins && contacts.depth[c] > deep * edge)) return usual;
+  if (steps == 0 && !(begins(states, c) && std::ranges::binary_search(deep_pairs_, pair))) return usual;
   const double of_mass = soft_stiffness * reduced_mass(coupling) / (time_step_ * time_step_);
   const double soft = std::ldexp(of_mass, steps);
   if (!(soft < usual)) {
@@ -193,10 +211,11 @@ void ContactResponse::compute_one(const Bodies& bodies, ContactTable& table, std
   const Tet& tet = at(bodies.tets(), contacts.tet[c]);
   const std::array<double, 4>& w = contacts.weights[c];
   const Vec3& r = contacts.direction[c];
-  const double full = stiffness(at(bodies.body_of_point(), point), contacts.body[c]);
+  const PairOfBodies pair = pair_of(at(bodies.body_of_point(), point), contacts.body[c]);
+  const double full = stiffness(pair.first, pair.second);
   scales_[c] = rims_.scale(bodies, positions, contacts, c, search, table.rims());
   coupling = coupling_of(point, tet, w);
-  const double k = stiffness_now(states, c, scales_[c] * full, coupling, contacts);
+  const double k = stiffness_now(states, c, scales_[c] * full, coupling, pair);
   const Vec3 velocity = fem::relative(coupling, velocities);
   const Vec3 force = k * contacts.depth[c] * r;
   const bool acted_before = states.seen[c] > 1;

@@ -212,9 +212,11 @@ class ContactResponse {
                                                               std::span<const Vec3> velocities_end);
   void append_edges(std::span<const EdgeResponse::Row> rows, std::vector<fem::Coupling>& couplings);
   void append_speculative(ContactTable& table, std::vector<fem::Coupling>& couplings);
-  /// Stiffness of a contact in this step, N/m: `usual`, unless it began deep.
+  /// Lists the pairs of bodies with a contact that begins deep.
+  void list_deep_pairs(const Bodies& bodies, const ContactTable& table);
+  /// Stiffness of a contact in this step, N/m: `usual`, unless it began with a deep one.
   [[nodiscard]] double stiffness_now(ContactStates& states, std::size_t c, double usual,
-                                     const fem::Coupling& coupling, const Contacts& contacts) const;
+                                     const fem::Coupling& coupling, const PairOfBodies& pair) const;
   void compute_one(const Bodies& bodies, ContactTable& table, std::size_t c, std::span<const Vec3> positions,
                    std::span<const Vec3> velocities, ExitSearch& search, fem::Coupling& coupling);
 
@@ -229,6 +231,7 @@ class ContactResponse {
   std::vector<fem::ContactLaw> laws_;     ///< in the order of the couplings
   std::vector<std::uint8_t> of_edge_;     ///< the same order
   std::vector<double> scales_;            ///< rim falloff of each contact
+  std::vector<PairOfBodies> deep_pairs_;  ///< with a contact that begins deep, sorted
   std::vector<std::size_t> idle_;         ///< contacts that do not act yet; scratch of add_speculative()
   std::vector<Speculative> speculative_;  ///< scratch of append_speculative()
   std::vector<ContactTable::Key> keys_;   ///< the same

@@ -127,6 +127,70 @@ TEST(Aligned, BoxesOfOneOrTwoCellsRestOnEachOther) {
   }
 }
 
+/// Mean height of the points that are at `height` at rest.
+double mean_height(const Simulation& simulation, Index body, double height) {
+  const Range points = at(simulation.bodies().bodies(), body).points;
+  double sum = 0.0;
+  int count = 0;
+  for (Index p = points.begin; p < points.end; ++p) {
+    if (std::abs(at(simulation.bodies().points_rest(), p).z - height) > 1e-4) continue;
+    sum += at(simulation.positions(), p).z;
+    ++count;
+  }
+  return sum / count;
+}
+
+/// Runs four seconds.
+Simulation settled(Model model) {
+  SimulationSettings settings;
+  settings.time_step = 0.02;
+  settings.response.friction = 0.5;
+  Simulation simulation(std::move(model), settings, 2);
+  for (int step = 0; step < 200; ++step) simulation.step();
+  return simulation;
+}
+
+void hold_lowest(Model& model, double height) {
+  for (const Vec3& p : model.bodies.points_rest()) model.fixed_points.push_back(p.z < height ? 1 : 0);
+}
+
+/// Oracle: the two boxes as one body, or a box that is fixed at its bottom.
+TEST(Aligned, SoftBoxesRestAsIfTheyWereOneBody) {
+  const auto box = [](int cells, double low, double high, double offset) {
+    const int layers = static_cast<int>(std::lround(cells * (high - low) / 0.1));
+    return test::box_mesh({cells, cells, layers}, {-0.05 + offset, -0.05, low}, {0.05 + offset, 0.05, high});
+  };
+  constexpr double above = 1e-6;
+  for (const auto& [stiffness, cells] :
+       {std::pair{3e4, 2}, {3e4, 4}, {1e5, 1}, {1e5, 2}, {1e5, 4}, {1e5, 8}, {1e6, 1}, {1e6, 4}}) {
+    const Material material{.young_modulus = stiffness};
+    for (const bool fixed : {false, true}) {
+      Model joined;
+      joined.bodies.add("both", box(cells, fixed ? 0.0 : -0.1, 0.1, 0.0));
+      joined.materials.assign(1, material);
+      hold_lowest(joined, fixed ? 1e-4 : -0.0999);
+      const double expected = mean_height(settled(std::move(joined)), 0, 0.1);
+      for (const double offset : {0.0, 1e-3}) {
+        SCOPED_TRACE(std::to_string(cells) + " cells, E " + std::to_string(stiffness) + ", offset " +
+                     std::to_string(offset) + (fixed ? ", on an obstacle" : ""));
+        Model model;
+        model.bodies.add("low", box(cells, -0.1, 0.0, 0.0));
+        model.bodies.add("high", box(cells, above, 0.1 + above, offset));
+        model.materials.assign(2, material);
+        if (fixed) {
+          model.obstacles = {1, 0};
+        } else {
+          hold_lowest(model, -0.0999);
+        }
+        const Simulation simulation = settled(std::move(model));
+        const double part = stiffness < 1e5 ? 0.02 : 0.01;  // of a cell
+        EXPECT_NEAR(mean_height(simulation, 1, 0.1 + above), expected, part * 0.1 / cells);
+        EXPECT_LT(simulation.metrics().fastest_body, 2e-3);
+      }
+    }
+  }
+}
+
 TEST(Aligned, ATowerOfTenBoxesStands) {
   const TetMesh box = test::box_mesh({2, 2, 2}, {-0.05, -0.05, -0.05}, {0.05, 0.05, 0.05});
   Model model;

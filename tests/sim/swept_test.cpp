@@ -113,7 +113,7 @@ TEST(Swept, WhereContactsMayBeMissingEveryMotionCounts) {
         R"({"time_step": 0.01, "bodies": [
       {"name": "floor", "box": {"cells": [4, 4, 1], "size": [0.2, 0.2, 0.02]}, "obstacle": true},
       {"name": "far", "box": {"cells": [1, 1, 1], "size": [0.02, 0.02, 0.02]}, "translate": [1, 0, 1], "material": {}},
-      {"name": "box", "box": {"cells": [4, 4, 4], "size": [0.1, 0.1, 0.1]}, "translate": [0.05, 0.05, 0.0201],
+      {"name": "box", "box": {"cells": [4, 4, 4], "size": [0.1, 0.1, 0.1]}, "translate": [0.04, 0.04, 0.0601],
        "material": {"young_modulus": 1e5}}]})",
         "resting box");
     scene.settings.detection.cells_per_primitive = cells_per_primitive;
