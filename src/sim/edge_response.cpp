@@ -20,9 +20,6 @@ constexpr double part_of_an_end = 0.5;
 /// An end acts only if the product of its weights is at least this. Smaller ones have no effect on the bodies
 /// but cost a row of the solver. Most edges of uneven faces in contact have smaller ones.
 constexpr double least_weight = 0.05;
-/// Depth of an edge whose ends are both in contact, relative to the reach of a rim, from which it acts
-/// whether or not the points of the two bodies resist tilting.
-constexpr double surely_sunk = 0.1;
 
 double beyond_least(double weight) {
   return std::max(0.0, (weight - least_weight) / (1.0 - least_weight));
@@ -191,14 +188,12 @@ void EdgeResponse::add_rim_edges(const Frame& frame, std::size_t contact, RimEdg
   const Contacts& contacts = frame.table.contacts();
   const Index point = contacts.point[contact];
   const Index body = contacts.body[contact];
-  const bool held = support_.lack(at(frame.bodies.body_of_point(), point), body) == 0.0;
   const RimEdgeSearch::Frame places{frame.bodies, frame.positions, frame.table, frame.rules.rim_reach(body)};
   for (const Index edge : frame.bodies.point_edges()[point]) {
     if (at(frame.bodies.edge_triangles(), edge)[0] < 0) continue;
     const Index other = frame.bodies.other_end(edge, point);
     const Index there = frame.table.find(other, body);
     if (there >= 0 && (other < point || at(frame.scales, there) >= 1.0)) continue;
-    if (there < 0 && held) continue;
     RimEdge found;
     if (search.find(places, static_cast<Index>(contact), edge, found)) add_rim_edge(frame, body, found, rows);
   }
@@ -215,12 +210,7 @@ void EdgeResponse::add_rim_edge(const Frame& frame, Index body, const RimEdge& f
   const double length_part = std::min(1.0, inside * whole / frame.rules.rim_reach(body));
   double held = 0.0;
   for (const Index c : found.contacts) held = std::max(held, held_by(frame, c, found.depth));
-  // Points away from the rim may support the two bodies, but the rim of soft tissue sinks in all the same.
-  const double lack = support_.lack(own, body);
-  const bool is_link = found.triangle < 0;
-  const double sunk =
-      is_link ? std::min(1.0, found.depth / (surely_sunk * frame.rules.rim_reach(body))) : 0.0;
-  const double most = (1.0 - held) * (lack + (1.0 - lack) * sunk) * length_part;
+  const double most = (1.0 - held) * support_.lack(own, body) * length_part;
   if (most <= least_weight || is_at_seam(frame, body, found)) return;
   const double whole_stiffness = stiffness_of_an_end(frame, own, body);
   for (std::size_t i = 0; i < 2; ++i) {
@@ -255,8 +245,8 @@ void EdgeResponse::list(const Frame& frame) {
     support_.soften(own, contacts.body[c], states.stiffness[c] / usual);
   }
   // Reserves room for contacts that begin and end, so that only the first steps allocate.
-  for (auto* list : {&now_, &before_}) make_room(*list, 2 * frame.table.size());
-  make_room(rows_, 2 * frame.table.size());
+  for (auto* list : {&now_, &before_}) make_room(*list, frame.table.size());
+  make_room(rows_, frame.table.size());
   make_room(numbers_, frame.table.size());
   lists_.make_room_in_all(parallel::chunk_count(frame.table.size() + edges.size(), grain), 2 * grain);
   resize_with_room(numbers_, edges.size());
@@ -271,8 +261,11 @@ void EdgeResponse::list(const Frame& frame) {
   lists_.join(frame.threads, rows_);
   at_rims_.clear();
   make_room(at_rims_, frame.table.size());
-  for (std::size_t c = 0; c < contacts.size(); ++c)
-    if (frame.scales[c] < 1.0) at_rims_.push_back(static_cast<Index>(c));
+  for (std::size_t c = 0; c < contacts.size(); ++c) {
+    const Index own = at(frame.bodies.body_of_point(), contacts.point[c]);
+    if (frame.scales[c] < 1.0 && support_.lack(own, contacts.body[c]) > 0.0)
+      at_rims_.push_back(static_cast<Index>(c));
+  }
   const std::size_t chunks = parallel::chunk_count(at_rims_.size(), grain);
   if (searches_.size() < chunks) searches_.resize(chunks + chunks / 8 + 1);
   lists_.fill(frame.threads, at_rims_.size(), grain,

@@ -58,8 +58,7 @@ struct EdgeEnd {
 /// - What points support need no edges. For an edge contact these are the corners of the triangle that it
 /// meets
 ///   and their neighbours, by their depth and their scale at rims. Edges at rims act as far as the points of
-///   the two bodies do not resist tilting (PairSupport), or as the edge is deep and both its ends are in
-///   contact; and as far as the points of the edge do not support it.
+///   the two bodies do not resist tilting (PairSupport), and the points of the edge do not support it.
 /// - Edges that enter or leave through a face that lies flush on another rigid body have none (FlushFaces).
 class EdgeResponse {
  public:
@@ -115,7 +114,7 @@ class EdgeResponse {
 
   std::vector<Index> numbers_;  ///< (n_edge_contacts) index of the part of its edge in the body
   PairSupport support_;
-  std::vector<Index> at_rims_;           ///< contacts at rims
+  std::vector<Index> at_rims_;           ///< contacts at rims, in pairs of bodies that lack support
   std::vector<RimEdgeSearch> searches_;  ///< one for each chunk of contacts at rims
   parallel::ChunkedList<Row> lists_;
   std::vector<Row> rows_;

@@ -56,11 +56,11 @@ struct StepTimes {
 /// would push a body of depth d out at d / h: as fast as it came, or faster where several contacts push. With
 /// the default damping it leaves at d / (4 h).
 ///
-/// Contacts that begin deep (bodies overlap at the start, or were moved into each other) begin softly: with a
-/// stiffness of a few reduced masses over h^2, doubled in each step until it is the usual one. With the usual
-/// stiffness, contacts of different directions would squeeze stiff bodies in the first step, and this energy
-/// would throw them out several times faster than d / (4 h). A contact that a moving body makes does not
-/// begin deep, since it is speculative first.
+/// Contacts that begin deep (bodies overlap at the start, or were moved into each other) begin softly, with
+/// all contacts of the two bodies that begin with them: with a stiffness of two reduced masses over h^2,
+/// doubled in each step until it is the usual one. With the usual stiffness, contacts of different directions
+/// would squeeze stiff bodies in the first step, and this energy would throw them out several times faster
+/// than d / (4 h). A contact that a moving body makes does not begin deep, since it is speculative first.
 ///
 /// The velocities at the END of the step decide whether a contact is open, sticks or slides, and its bound
 /// (fem::ContactLaw); fem::ContactSolver finds them.

@@ -125,7 +125,6 @@ TEST(ContactMechanics, TwoPressedBlocksHaveEqualForcesAndDeformByTheirStiffness)
   settings.gravity = {};
   settings.rest.speed = 1e-5;
   settings.response.stiffness = 5e5;
-  settings.response.friction = 0.1;
   Simulation simulation(std::move(model), settings, 2);
   while (!simulation.at_rest() && simulation.metrics().step < 600) simulation.step();
   ASSERT_TRUE(simulation.at_rest());

@@ -162,7 +162,7 @@ TEST(Aligned, SoftBoxesRestAsIfTheyWereOneBody) {
   };
   constexpr double above = 1e-6;
   for (const auto& [stiffness, cells] :
-       {std::pair{3e4, 2}, {3e4, 4}, {1e5, 1}, {1e5, 2}, {1e5, 4}, {1e5, 8}, {1e6, 1}, {1e6, 4}}) {
+       {std::pair{3e4, 2}, {1e5, 1}, {1e5, 2}, {1e6, 1}, {1e6, 4}, {1e6, 8}}) {
     const Material material{.young_modulus = stiffness};
     for (const bool fixed : {false, true}) {
       Model joined;
@@ -183,8 +183,7 @@ TEST(Aligned, SoftBoxesRestAsIfTheyWereOneBody) {
           hold_lowest(model, -0.0999);
         }
         const Simulation simulation = settled(std::move(model));
-        const double part = stiffness < 1e5 ? 0.02 : 0.01;  // of a cell
-        EXPECT_NEAR(mean_height(simulation, 1, 0.1 + above), expected, part * 0.1 / cells);
+        EXPECT_NEAR(mean_height(simulation, 1, 0.1 + above), expected, 0.01 * 0.1 / cells);
         EXPECT_LT(simulation.metrics().fastest_body, 2e-3);
       }
     }
