@@ -203,9 +203,10 @@ void CoarseLevel::coarsen_couplings(const parallel::Threads& threads, CouplingJa
   const std::size_t chunks = parallel::chunk_count(couplings, coupling_grain);
   if (coupling_chunks_.size() < chunks) coupling_chunks_.resize(chunks + chunks / 8 + 1);
   std::size_t most = 0;
-  for (std::size_t first = 0; first < couplings; first += coupling_grain)
+  for (std::size_t first = 0; first < couplings; first += coupling_grain) {
     most = std::max<std::size_t>(most,
                                  next.begin[std::min(first + coupling_grain, couplings)] - next.begin[first]);
+  }
   for (Chunk& chunk : coupling_chunks_) make_room(chunk.terms, most);
   parallel::for_chunks(
       threads, couplings, coupling_grain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
