@@ -274,7 +274,6 @@ void EdgeResponse::list(const Frame& frame) {
                   add_rim_edges(frame, static_cast<std::size_t>(at_rims_[i]), searches_[begin / grain], rows);
               });
   lists_.append(frame.threads, rows_, chunks);
-  lists_.make_even_room();
   std::ranges::sort(rows_, {}, [](const Row& row) { return row.end.key(); });
 }
 

@@ -19,7 +19,8 @@ using PairOfBodies = std::pair<Index, Index>;  ///< the lower body first
   return {std::min(body_a, body_b), std::max(body_a, body_b)};
 }
 
-/// How well the contacts of two bodies resist tilting, although contacts at rims have little force.
+/// What the contacts of two bodies say about the edges between them: how well they resist tilting, although
+/// contacts at rims have little force, and how softly they act because they began deep.
 ///
 /// In a fine mesh, the contacts away from rims extend nearly as far as all contacts. In two flush boxes of
 /// two cells, only the middle contact is away from rims, and eight are at rims. The measure compares two

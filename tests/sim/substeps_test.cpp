@@ -51,38 +51,26 @@ void turn(Simulation& simulation, double angular_acceleration) {
   }
 }
 
-/// Runs a shot; the number of its steps that did not converge, and the most substeps of a step.
-struct ShotRun {
-  int failed = 0;
-  int substeps = 0;
-};
-ShotRun run_shot(std::uint64_t seed, int max_substeps) {
-  Simulation simulation = shot_simulation(seed, max_substeps);
-  const int steps = test::random_shot(seed).steps;
-  ShotRun run;
-  for (int i = 0; i < steps; ++i) {
-    const StepMetrics& m = simulation.step();
-    EXPECT_DOUBLE_EQ(m.time, step_length * static_cast<double>(m.step));
-    run.failed += m.solver_converged ? 0 : 1;
-    run.substeps = std::max(run.substeps, m.substeps);
-  }
-  return run;
-}
-
-/// In a few of these shots a small body hits another one and rotates by more than a radian in a step.
+/// In these shots a small body hits another one and rotates by more than a radian in a step.
 TEST(Substeps, ShotsConvergeThatDoNotInWholeSteps) {
-  int divided = 0;
-  for (std::uint64_t seed = 0; seed < 100; ++seed) {
-    const ShotRun whole = run_shot(seed, 1);
-    EXPECT_EQ(whole.substeps, 1);
-    if (whole.failed == 0) continue;
-    ++divided;
-    const ShotRun parts = run_shot(seed, 4);
-    EXPECT_EQ(parts.failed, 0) << "seed " << seed;
-    EXPECT_GT(parts.substeps, 1) << "seed " << seed;
-    EXPECT_LE(parts.substeps, 4) << "seed " << seed;
+  for (const std::uint64_t seed : {6U, 67U, 131U, 135U, 172U, 3000041U, 3000051U}) {
+    Simulation whole = shot_simulation(seed, 1);
+    Simulation divided = shot_simulation(seed, 4);
+    const int steps = test::random_shot(seed).steps;
+    int failed = 0;
+    int most = 0;
+    for (int i = 0; i < steps; ++i) {
+      failed += whole.step().solver_converged ? 0 : 1;
+      EXPECT_EQ(whole.metrics().substeps, 1);
+      const StepMetrics& m = divided.step();
+      EXPECT_TRUE(m.solver_converged) << "seed " << seed << ", step " << m.step;
+      EXPECT_DOUBLE_EQ(m.time, step_length * static_cast<double>(m.step));
+      most = std::max(most, m.substeps);
+    }
+    EXPECT_GT(failed, 0) << "seed " << seed << " tests nothing";
+    EXPECT_GT(most, 1) << "seed " << seed;
+    EXPECT_LE(most, 4) << "seed " << seed;
   }
-  EXPECT_GT(divided, 1) << "else this tests nothing";
 }
 
 /// The halves of a divided step are the two steps of a simulation with half the time step.
@@ -105,8 +93,7 @@ TEST(Substeps, HalvesAreStepsOfHalfTheLength) {
 }
 
 TEST(Substeps, HaveTheSameBitsForEveryThreadCountAndAfterARestart) {
-  std::uint64_t seed = 0;
-  while (seed < 100 && run_shot(seed, 4).substeps == 1) ++seed;
+  constexpr std::uint64_t seed = 6;
   const int steps = test::random_shot(seed).steps;
   const auto hash = [&](int threads, bool restarts) {
     Simulation simulation = shot_simulation(seed, 4, threads);
