@@ -15,16 +15,17 @@ namespace {
 /// Which rays of a packet there are: -1, otherwise 0.
 using Valid = std::array<int, Rays::most>;
 
+/// Lanes without a ray repeat the first one: Embree checks the numbers of all lanes on some processors.
 void set_rays(RTCRay16& packet, Valid& valid, const Rays& rays, double distance) {
   for (std::size_t i = 0; i < Rays::most; ++i) {
     valid[i] = i < rays.count ? -1 : 0;
-    if (i >= rays.count) continue;
-    packet.org_x[i] = static_cast<float>(rays.origins[i].x);
-    packet.org_y[i] = static_cast<float>(rays.origins[i].y);
-    packet.org_z[i] = static_cast<float>(rays.origins[i].z);
-    packet.dir_x[i] = static_cast<float>(rays.directions[i].x);
-    packet.dir_y[i] = static_cast<float>(rays.directions[i].y);
-    packet.dir_z[i] = static_cast<float>(rays.directions[i].z);
+    const std::size_t ray = i < rays.count ? i : 0;
+    packet.org_x[i] = static_cast<float>(rays.origins[ray].x);
+    packet.org_y[i] = static_cast<float>(rays.origins[ray].y);
+    packet.org_z[i] = static_cast<float>(rays.origins[ray].z);
+    packet.dir_x[i] = static_cast<float>(rays.directions[ray].x);
+    packet.dir_y[i] = static_cast<float>(rays.directions[ray].y);
+    packet.dir_z[i] = static_cast<float>(rays.directions[ray].z);
     packet.tnear[i] = 0.0F;
     packet.tfar[i] = static_cast<float>(distance);
     packet.time[i] = 0.0F;
