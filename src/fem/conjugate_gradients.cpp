@@ -15,6 +15,8 @@ constexpr double drift_fraction = 0.1;
 constexpr double safety = 2.0;
 /// If the float residual has fallen by this factor, few of its digits are correct.
 constexpr double stale_below = 1e-5;
+/// If the float residual has grown by this factor, rounding makes the iteration diverge.
+constexpr double diverged_above = 1e4;
 double dot(const simd::Padded3& a, const simd::Padded3& b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;
 }
@@ -35,6 +37,19 @@ void ConjugateGradients::estimate_error(const Run& run, SolveReport& report) con
 void ConjugateGradients::clear_estimates() {
   estimate_.clear();
   change_estimate_.begin(1);
+}
+
+/// Whether the error of the solution in the norm of A is larger than that of zero: x^T A x / 2 - x^T b, which
+/// conjugate gradients minimise, is not negative. Needs the true residual.
+bool ConjugateGradients::is_worse_than_zero(const Run& run) {
+  const double twice = parallel::sum(run.threads, run.x.size(), partial_sums_, [&](std::size_t i) {
+    return dot(run.x[i], run.b[i]) + dot(run.x[i], residual_[i]);
+  });
+  return !(twice > 0.0);
+}
+
+bool ConjugateGradients::diverges(const Run& run) {
+  return !(run.sums.by_mass <= diverged_above * diverged_above * run.loaded_by_mass);
 }
 
 bool ConjugateGradients::reached(const SolveGoal& goal, const SolveReport& report, double fraction) {
@@ -63,7 +78,6 @@ bool ConjugateGradients::check_true_residual(Run& run, SolveReport& report) {
 /// the next one.
 double ConjugateGradients::replace(Run& run, const SolveReport& report) {
   load(run);
-  run.sums = advance(run, 0.0);
   precondition(run, report);
   run.iterations_since = 0;
   if (report.multigrid) run.next_change = preconditioned_size(run);
@@ -96,6 +110,11 @@ int ConjugateGradients::patience(const LinearSystem& system) {
   return static_cast<int>(std::min(with_couplings + couplings / std::max(blocks, 1.0), 1e6));
 }
 
+bool ConjugateGradients::tries_jacobi(int failed, int most) {
+  constexpr double growth = 1.5;  // since the last failure
+  return most > growth * failed;
+}
+
 /// Chooses the first preconditioner, and the iteration at which to change to multigrid.
 void ConjugateGradients::choose(Run& run, SolveReport& report) {
   run.change_at = std::numeric_limits<int>::max();
@@ -103,7 +122,7 @@ void ConjugateGradients::choose(Run& run, SolveReport& report) {
   const bool automatic = run.goal.preconditioner == Preconditioner::automatic;
   // Leave enough iterations for multigrid below the maximum.
   const int most = std::min(patience(run.system), run.goal.max_iterations * 9 / 10);
-  if (automatic && report.jacobi_iterations < most) {
+  if (automatic && tries_jacobi(report.jacobi_iterations, most)) {
     run.change_at = most;
   } else {
     run.multigrid->update(run.threads, run.system, run.positions);
@@ -137,7 +156,6 @@ SolveReport ConjugateGradients::solve(const parallel::Threads& threads, LinearSy
   run.size_b = start(run);
   if (run.size_b == 0.0) return {.jacobi_iterations = goal.jacobi_iterations, .converged = true};
   load(run);
-  run.sums = advance(run, 0.0);
   clear_estimates();
   SolveReport report{.jacobi_iterations = goal.jacobi_iterations};
   const bool fixed = goal.fixed_iterations > 0;
@@ -183,13 +201,19 @@ SolveReport ConjugateGradients::solve(const parallel::Threads& threads, LinearSy
     estimate_.add(step * run.last_preconditioned);
     if (report.multigrid) change_estimate_.add(run.scale * step * direction_size(run));
     run.sums = advance(run, step);
-    precondition(run, report);
-    beta = run.sums.preconditioned / before;
     ++report.iterations;
     ++run.iterations_since;
+    if (!fixed && diverges(run)) {
+      discard(run);
+      broken = true;
+      continue;
+    }
+    precondition(run, report);
+    beta = run.sums.preconditioned / before;
   }
   if (fixed) flush(run);
   report.converged = reached(goal, report, 1.0);
+  if (!report.converged && !fixed && is_worse_than_zero(run)) std::ranges::fill(x, simd::Padded3{});
   if (report.multigrid) multigrid->count(report.iterations);
   return report;
 }

@@ -86,6 +86,9 @@ class ConjugateGradients {
   /// of a typical multigrid solve, in products, including couplings on coarse levels. It is a count and not a
   /// time, so it is the same on every machine.
   static int patience(const LinearSystem& system);
+  /// Whether Preconditioner::automatic starts with block Jacobi. \param failed  iterations of it that were
+  /// not enough so far \param most  patience()
+  static bool tries_jacobi(int failed, int most);
 
  private:
   /// State of a solve.
@@ -99,8 +102,9 @@ class ConjugateGradients {
     std::span<const Vec3> positions;
     int change_at = 0;  ///< iteration at which `automatic` changes to multigrid
     double size_b = 0.0;
-    double scale = 1.0;       ///< factor from float vectors to true ones
-    double largest = 0.0;     ///< Euclidean norm of the residual when it was last replaced by the true one
+    double scale = 1.0;    ///< factor from float vectors to true ones
+    double largest = 0.0;  ///< Euclidean norm of the residual when it was last replaced by the true one
+    double loaded_by_mass = 0.0;  ///< squared norm of the float residual at that time, by 1 / mass
     double last_drift = 0.0;  ///< last computed distance between float and true residual, in the mass norm
     double last_preconditioned = 0.0;  ///< r^T z before the last iteration, unscaled
     double next_change = 0.0;          ///< with multigrid: mass norm of the preconditioned true residual
@@ -120,9 +124,12 @@ class ConjugateGradients {
     }
   };
   double start(const Run& run);
+  static bool diverges(const Run& run);
+  bool is_worse_than_zero(const Run& run);
   void find_residual(const Run& run);
   void load(Run& run);
   void flush(Run& run);
+  void discard(Run& run);
   bool check_true_residual(Run& run, SolveReport& report);
   double replace(Run& run, const SolveReport& report);
   void choose(Run& run, SolveReport& report);

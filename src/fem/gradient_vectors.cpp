@@ -54,7 +54,7 @@ double ConjugateGradients::start(const Run& run) {
   return std::sqrt(squared_b);
 }
 
-/// Sets the float vectors from the true residual and the solution, scaled by a power of two.
+/// Sets the float vectors from the true residual and the solution, scaled by a power of two, and their sums.
 void ConjugateGradients::load(Run& run) {
   run.largest = std::sqrt(parallel::sum(run.threads, residual_.size(), partial_sums_,
                                         [&](std::size_t i) { return dot(residual_[i], residual_[i]); }));
@@ -73,6 +73,16 @@ void ConjugateGradients::load(Run& run) {
     simd::Quad& p = direction_[row];
     p = {ratio * p.x, ratio * p.y, ratio * p.z, 0.0F};
   });
+  run.sums = advance(run, 0.0);
+  run.loaded_by_mass = run.sums.by_mass;
+}
+
+/// Drops the result of the iterations since the residual was last replaced.
+void ConjugateGradients::discard(Run& run) {
+  std::ranges::fill(row_solution_, 0.0F);
+  std::ranges::fill(direction_, simd::Quad{});
+  run.sums = advance(run, 0.0);
+  clear_estimates();
 }
 
 /// Adds the result of the iterations to the solution.

@@ -53,7 +53,7 @@ void turn(Simulation& simulation, double angular_acceleration) {
 
 /// In these shots a small body hits another one and rotates by more than a radian in a step.
 TEST(Substeps, ShotsConvergeThatDoNotInWholeSteps) {
-  for (const std::uint64_t seed : {6U, 67U, 131U, 135U, 172U, 3000041U, 3000051U}) {
+  for (const std::uint64_t seed : {67U, 131U, 1433U, 947U, 1426U, 3000711U, 3000051U, 3000907U}) {
     Simulation whole = shot_simulation(seed, 1);
     Simulation divided = shot_simulation(seed, 4);
     const int steps = test::random_shot(seed).steps;
@@ -93,7 +93,7 @@ TEST(Substeps, HalvesAreStepsOfHalfTheLength) {
 }
 
 TEST(Substeps, HaveTheSameBitsForEveryThreadCountAndAfterARestart) {
-  constexpr std::uint64_t seed = 6;
+  constexpr std::uint64_t seed = 947;
   const int steps = test::random_shot(seed).steps;
   const auto hash = [&](int threads, bool restarts) {
     Simulation simulation = shot_simulation(seed, 4, threads);
