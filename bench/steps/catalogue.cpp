@@ -22,8 +22,11 @@ double meters(const Units& units) {
   return units.length == "mm" ? 1e-3 : units.length == "cm" ? 1e-2 : 1.0;
 }
 
-StepModel load(const fs::path& file) {
-  const Scene scene = read_scene(file);
+/// Changes of a scene file, as with --set.
+using Changes = std::vector<std::string>;
+
+StepModel load(const fs::path& file, const Changes& changes) {
+  const Scene scene = read_scene(file, changes);
   StepModel made{.model = load_model(scene, [](const fs::path& path) { return io::read_mesh(path).mesh; }),
                  .settings = scene.settings,
                  .meters = meters(scene.units)};
@@ -42,13 +45,14 @@ fs::path missing_mesh(const Scene& scene) {
 }
 
 /// Adds the scene of a file, with no more steps than it lasts.
-void add_file(StepCatalogue& catalogue, const fs::path& file, int steps, int quick_steps) {
+void add_file(StepCatalogue& catalogue, const fs::path& file, int steps, int quick_steps,
+              const Changes& changes = {}) {
   const std::string name = file.stem().string();
   if (!fs::exists(file)) {
     catalogue.absent.push_back({name, fmt::format("no '{}'", file.string())});
     return;
   }
-  const Scene scene = read_scene(file);
+  const Scene scene = read_scene(file, changes);
   if (const fs::path missing = missing_mesh(scene); !missing.empty()) {
     const char* maker = name.ends_with("-ct") ? "; './dev run' of the scene makes it" : "";
     catalogue.absent.push_back({name, fmt::format("no '{}'{}", missing.string(), maker)});
@@ -60,7 +64,7 @@ void add_file(StepCatalogue& catalogue, const fs::path& file, int steps, int qui
   catalogue.scenes.push_back({.name = name,
                               .steps = std::min(steps, most),
                               .quick_steps = std::min(quick_steps, most),
-                              .make = [file] { return load(file); }});
+                              .make = [file, changes] { return load(file, changes); }});
 }
 
 void add_head(StepCatalogue& catalogue, const fs::path& folder) {
@@ -88,9 +92,10 @@ void add_rough(StepCatalogue& catalogue, const fs::path& folder) {
   std::ranges::sort(files);
   constexpr int steps = 250;
   constexpr int quick_steps = 25;
+  const Changes changes{"solver.preconditioner=auto"};  // some name one that is gone
   for (const fs::path& file : files) {
     try {
-      add_file(catalogue, file, steps, quick_steps);
+      add_file(catalogue, file, steps, quick_steps, changes);
     } catch (const Error& error) {  // in a folder of the user, files that are no scenes are skipped
       catalogue.absent.push_back({file.stem().string(), error.what()});
     }
