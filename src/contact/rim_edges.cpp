@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "geometry/triangle.hpp"
 #include "mesh/faces.hpp"
 #include "mesh/outward.hpp"
 
@@ -21,6 +22,18 @@ Vec3 moved_inwards(const RimEdgeSearch::Frame& frame, Index contact) {
   for (const Index corner : at(frame.bodies.tets(), at(contacts.tet, contact)))
     middle += 0.25 * at(frame.positions, corner);
   return p + inwards * (middle - p);
+}
+
+/// The exit through the plane of a triangle at which a part of an edge ends that is inside. Without direction
+/// if the edge's own body cannot leave there.
+LineExit exit_through_face(const RimEdgeSearch::Frame& frame, const EdgeLine& line, Index triangle,
+                           double inside) {
+  const Vec3 normal = normalized(area_vector(frame.positions, at(frame.bodies.triangles(), triangle)));
+  const double along = dot(normal, line.d);
+  const Vec3 across = normal - along * line.d;
+  const Vec3 direction = normalized(across);
+  if (across == Vec3{} || line.allowance(direction) > 0.0) return {frame.reach, {}, -1};
+  return {inside * std::abs(along) / length(across), direction, -1};
 }
 
 }  // namespace
@@ -42,7 +55,8 @@ bool RimEdgeSearch::find(const Frame& frame, Index c, Index edge, RimEdge& found
   return found.depth > 0.0 && found.depth <= frame.reach;
 }
 
-/// Computes the exit over the silhouette of the face through which the edge leaves.
+/// Computes the exit over the silhouette of the face through which the edge leaves, or through this face if
+/// that is shorter: where they are almost parallel.
 bool RimEdgeSearch::find_border(const Frame& frame, Index c, const EdgeLine& line, RimEdge& found) {
   const Contacts& contacts = frame.table.contacts();
   const Edge& ends = at(frame.bodies.edges(), found.edge);
@@ -58,8 +72,9 @@ bool RimEdgeSearch::find_border(const Frame& frame, Index c, const EdgeLine& lin
     if (corner == ends[0] || corner == ends[1]) return false;
   const double part = ahead.distance / whole;
   found.parameter = first_inside ? part : 1.0 - part;
-  const LineExit exit =
-      silhouettes_.nearest(frame.bodies, frame.positions, found.triangle, line, frame.reach);
+  LineExit exit = silhouettes_.nearest(frame.bodies, frame.positions, found.triangle, line, frame.reach);
+  const LineExit through = exit_through_face(frame, line, found.triangle, ahead.distance);
+  if (through.distance < exit.distance || exit.direction == Vec3{}) exit = through;
   found.beyond = exit.beyond;
   found.depth = exit.distance;
   found.direction = exit.direction;

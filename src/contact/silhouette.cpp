@@ -11,6 +11,8 @@ namespace {
 constexpr std::size_t most_triangles = 256;
 /// Relative to the length of an edge: a line nearer to it than this leaves across it, regardless of rounding.
 constexpr double at_side = 1e-6;
+/// Sine of the angle between the line and a triangle that is seen exactly edge-on.
+constexpr double edge_on = 1e-9;
 
 Vec3 across(const Vec3& a, const Vec3& d) {
   return a - dot(a, d) * d;
@@ -65,7 +67,9 @@ void SilhouetteSearch::consider(const Bodies& bodies, std::span<const Vec3> posi
     if ((other >= 0 && other == here.from) || distance >= best.bound) continue;
     // A line of the same body: an exit to the surface at the edge itself is none.
     if (line.is_own && other >= 0 && has_end(at(bodies.triangles(), other), line.ends)) continue;
-    const bool goes_on = other >= 0 && (sides_.facing[i] > 0.0) == ahead_;
+    // A triangle that is seen edge-on, as in flush faces, has no inside. The outline ends before it.
+    const double facing = ahead_ ? sides_.facing[i] : -sides_.facing[i];
+    const bool goes_on = other >= 0 && facing > edge_on;
     if (!goes_on) {
       const Vec3 direction = direction_over(positions, line, i, corners[i]);
       const double bound = distance + line.allowance(direction);

@@ -90,6 +90,18 @@ double sharpness(const EdgeResponse::Frame& frame, Index edge) {
   return std::min(1.0, length(cross(normal, other_normal)) / sharp);
 }
 
+/// 0 to 1: 1 for an edge with a crease of 60 degrees or more, 0 below 30 degrees.
+double crease(const EdgeResponse::Frame& frame, Index edge) {
+  constexpr double none = 0.866;  // cosines
+  constexpr double surely = 0.5;
+  const auto& [first, second] = at(frame.bodies.edge_triangles(), edge);
+  if (second < 0) return 1.0;
+  const auto normal = [&](Index t) {
+    return normalized(area_vector(frame.positions, at(frame.bodies.triangles(), t)));
+  };
+  return std::clamp((none - dot(normal(first), normal(second))) / (none - surely), 0.0, 1.0);
+}
+
 /// Whether an edge is at the seam of its body with another one: there is no crease.
 bool borders_flush_face(const EdgeResponse::Frame& frame, Index edge) {
   return std::ranges::any_of(at(frame.bodies.edge_triangles(), edge),
@@ -193,7 +205,8 @@ void EdgeResponse::add_rim_edges(const Frame& frame, std::size_t contact, RimEdg
     if (at(frame.bodies.edge_triangles(), edge)[0] < 0) continue;
     const Index other = frame.bodies.other_end(edge, point);
     const Index there = frame.table.find(other, body);
-    if (there >= 0 && (other < point || at(frame.scales, there) >= 1.0)) continue;
+    const bool at_rim = frame.scales[contact] < 1.0;
+    if (there >= 0 && (other < point || !at_rim || at(frame.scales, there) >= 1.0)) continue;
     RimEdge found;
     if (search.find(places, static_cast<Index>(contact), edge, found)) add_rim_edge(frame, body, found, rows);
   }
@@ -210,7 +223,10 @@ void EdgeResponse::add_rim_edge(const Frame& frame, Index body, const RimEdge& f
   const double length_part = std::min(1.0, inside * whole / frame.rules.rim_reach(body));
   double held = 0.0;
   for (const Index c : found.contacts) held = std::max(held, held_by(frame, c, found.depth));
-  const double most = (1.0 - held) * support_.lack(own, body) * length_part;
+  double most = (1.0 - held) * support_.lack(own, body) * length_part;
+  const bool at_rim =
+      std::ranges::any_of(found.contacts, [&](Index c) { return c >= 0 && at(frame.scales, c) < 1.0; });
+  if (!at_rim) most *= crease(frame, found.edge);
   if (most <= least_weight || is_at_seam(frame, body, found)) return;
   const double whole_stiffness = stiffness_of_an_end(frame, own, body);
   for (std::size_t i = 0; i < 2; ++i) {
@@ -263,8 +279,7 @@ void EdgeResponse::list(const Frame& frame) {
   make_room(at_rims_, frame.table.size());
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     const Index own = at(frame.bodies.body_of_point(), contacts.point[c]);
-    if (frame.scales[c] < 1.0 && support_.lack(own, contacts.body[c]) > 0.0)
-      at_rims_.push_back(static_cast<Index>(c));
+    if (support_.lack(own, contacts.body[c]) > 0.0) at_rims_.push_back(static_cast<Index>(c));
   }
   const std::size_t chunks = parallel::chunk_count(at_rims_.size(), grain);
   if (searches_.size() < chunks) searches_.resize(chunks + chunks / 8 + 1);

@@ -11,8 +11,9 @@ namespace {
 /// A pair of bodies counts as fully supported if the variance of its supporting contacts is at least this
 /// fraction of that of all its contacts. Flush faces of 4 x 4 cells reach it.
 constexpr double enough = 0.3;
-/// Added to both variances, as a fraction of the total variance, because both are zero along the normal of a
-/// flat contact.
+/// Added to the variance of all contacts, as a fraction of the total: contacts that are longer than wide by a
+/// factor of more than ten do not resist tilting about their length. Along the normals of the contacts it is
+/// added to the supporting ones, too, because both are zero along the normal of a flat contact.
 constexpr double floor_of_variance = 0.01;
 
 /// Whether a symmetric matrix (xx, yy, zz, xy, xz, yz) is positive definite, by Cholesky.
@@ -48,10 +49,8 @@ double PairSupport::lack_of(const Support& support) {
   std::array<double, 6> held = support.held.variance();
   const double floor = floor_of_variance * (all[0] + all[1] + all[2]);
   if (!(floor > 0.0)) return 1.0;
-  for (std::size_t k = 0; k < 3; ++k) {
-    all[k] += floor;
-    held[k] += floor;
-  }
+  for (std::size_t k = 0; k < 3; ++k) all[k] += floor;
+  for (std::size_t k = 0; k < 6; ++k) held[k] += floor / support.all.weight * support.normals.second[k];
   const auto holds = [&](double t) {
     std::array<double, 6> rest{};
     for (std::size_t k = 0; k < 6; ++k) rest[k] = held[k] - t * all[k];
@@ -79,10 +78,12 @@ void PairSupport::measure(const Bodies& bodies, std::span<const Vec3> positions,
     if (place == pairs_.end() || place->pair != pair) {
       const auto number = place - pairs_.begin();
       make_room(pairs_, pairs_.size() + 1);
-      place = pairs_.insert(pairs_.begin() + number, {.pair = pair, .origin = x, .all = {}, .held = {}});
+      place = pairs_.insert(pairs_.begin() + number,
+                            {.pair = pair, .origin = x, .all = {}, .held = {}, .normals = {}});
     }
     place->all.add(1.0, x - place->origin);
     place->held.add(scales[c], x - place->origin);
+    place->normals.add(1.0, contacts.direction[c]);
   }
   for (Support& support : pairs_) support.lack = lack_of(support);
 }

@@ -56,6 +56,7 @@ class PairSupport {
     Vec3 origin;  ///< near the contacts, so that sums lose no digits
     Moments all;
     Moments held;
+    Moments normals;  ///< of the directions
     double lack = 0.0;
     double softness = 1.0;
   };

@@ -55,7 +55,7 @@ HWY_INLINE void find(const Vec3* positions, const SideVector& x, const SideVecto
   hn::Store(offset.z, sides_tag, sides.z.data() + lane);
   hn::Store(hn::Sqrt(dot(offset, offset)), sides_tag, sides.distance.data() + lane);
   hn::Store(length2, sides_tag, sides.length2.data() + lane);
-  hn::Store(dot(area, d), sides_tag, sides.facing.data() + lane);
+  hn::Store(hn::Div(dot(area, d), hn::Sqrt(dot(area, area))), sides_tag, sides.facing.data() + lane);
 }
 
 }  // namespace

@@ -22,7 +22,8 @@ struct OutlineSides {
   alignas(32) std::array<double, most> z;
   alignas(32) std::array<double, most> distance;  ///< its length
   alignas(32) std::array<double, most> length2;   ///< squared length of the side, across the line
-  alignas(32) std::array<double, most> facing;    ///< area vector of the triangle beyond, along the line
+  /// Sine of the angle between the line and the triangle beyond; positive if the line leaves through it.
+  alignas(32) std::array<double, most> facing;
 };
 
 /// \param origin     a point of the line

@@ -218,7 +218,7 @@ TEST(FixedAxes, HaveTheSameBitsForEveryThreadCountAndWhenResumed) {
 TEST(FixedAxes, AreKeptWhereOverlapsAreRemoved) {
   Model model;
   model.bodies.add("lower", test::box_mesh({3, 3, 3}, {0, 0, 0}, {0.06, 0.06, 0.06}));
-  model.bodies.add("upper", test::box_mesh({3, 3, 3}, {0.001, 0.002, 0.055}, {0.061, 0.062, 0.115}));
+  model.bodies.add("upper", test::box_mesh({3, 3, 3}, {0.002, 0.004, 0.055}, {0.062, 0.064, 0.115}));
   model.materials = {Material{.young_modulus = 1e4}, Material{.young_modulus = 1e4}};
   const auto rest = model.bodies.points_rest();
   const std::vector<Vec3> before(rest.begin(), rest.end());
