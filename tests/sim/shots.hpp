@@ -176,9 +176,8 @@ struct Shot {
   double motion = 0.0;  ///< of the projectile in a step, over the smaller thickness
   Model model;
   int steps = 0;
+  double time_step = 0.01;  ///< s
 };
-
-inline constexpr double shot_step = 0.01;
 
 inline Shot random_shot(std::uint64_t seed) {
   Random random(seed);
@@ -189,9 +188,9 @@ inline Shot random_shot(std::uint64_t seed) {
   shot.obstacle = random.chance(0.5);
   const Vec3 direction = normalized(random.chance(0.4) ? Vec3{0.01, 0.02, -1.0} : random.point(-1, 1));
   const double size = 0.06;
-  const double speed = shot.motion * thin / shot_step;
+  const double speed = shot.motion * thin / shot.time_step;
   const Vec3 aside = random.chance(0.5) ? Vec3{} : random.point(-0.02, 0.02);
-  const double before = (2.0 * size + random.uniform(0.0, 1.0) * speed * shot_step);
+  const double before = (2.0 * size + random.uniform(0.0, 1.0) * speed * shot.time_step);
   const Vec3 axis = random.point(-1, 1);
   const double angle = random.chance(0.5) ? 0.0 : random.uniform(-3, 3);
   const Vec3 spin = random.chance(0.5) ? Vec3{} : 0.3 * speed / size * random.point(-1, 1);
@@ -208,9 +207,29 @@ inline Shot random_shot(std::uint64_t seed) {
     shot.model.materials.push_back(material);
   }
   shot.model.obstacles = {static_cast<std::uint8_t>(shot.obstacle ? 1 : 0), 0};
-  shot.steps = std::min(static_cast<int>((before + 2.0 * size) / (speed * shot_step)) + 4, 120);
+  shot.steps = std::min(static_cast<int>((before + 2.0 * size) / (speed * shot.time_step)) + 4, 120);
   shot.name = shot.bodies[1].name + " at " + shot.bodies[0].name + (shot.obstacle ? " (fixed)" : "") + ", " +
               std::to_string(shot.motion) + " thicknesses a step, seed " + std::to_string(seed);
+  return shot;
+}
+
+/// The same shot with a time step of 1 to 20 ms and Young's moduli of 1 kPa to 100 MPa; the motion in a step
+/// is that of before. Bodies are not softer than E = density x speed^2, so that waves in them are at least as
+/// fast as the shot. Faster shots crush them.
+inline Shot random_shot_of_any_tissue(std::uint64_t seed) {
+  Shot shot = random_shot(seed);
+  Random random(seed + 0x9e3779b97f4a7c15U);
+  const double before = shot.time_step;
+  shot.time_step = 0.001 * std::pow(20.0, random.uniform(0.0, 1.0));
+  for (Vec3& velocity : shot.model.velocities) velocity = (before / shot.time_step) * velocity;
+  shot.name += ", h " + std::to_string(1e3 * shot.time_step) + " ms, E";
+  const double speed =
+      shot.motion * std::min(shot.bodies[0].thickness, shot.bodies[1].thickness) / shot.time_step;
+  for (Material& material : shot.model.materials) {
+    material.young_modulus =
+        std::max(std::pow(10.0, random.uniform(3.0, 8.0)), material.density * speed * speed);
+    shot.name += " " + std::to_string(1e-3 * material.young_modulus) + " kPa";
+  }
   return shot;
 }
 
@@ -232,7 +251,7 @@ struct ShotResult {
 /// a thickness.
 inline ShotResult shoot(const Shot& shot, ContinuousDetection continuous) {
   SimulationSettings settings;
-  settings.time_step = shot_step;
+  settings.time_step = shot.time_step;
   settings.gravity = {};
   settings.detection.continuous = continuous;
   Simulation simulation(shot.model, settings, 1);
@@ -293,10 +312,11 @@ struct Shots {
 };
 
 /// Shots with these seeds; names those that went through or blew up.
-inline Shots shoot_all(std::uint64_t first, int count, ContinuousDetection continuous) {
+inline Shots shoot_all(std::uint64_t first, int count, ContinuousDetection continuous,
+                       Shot (*shot_of)(std::uint64_t) = random_shot) {
   Shots shots;
   for (std::uint64_t seed = first; seed < first + static_cast<std::uint64_t>(count); ++seed) {
-    const Shot shot = random_shot(seed);
+    const Shot shot = shot_of(seed);
     try {
       const ShotResult result = shoot(shot, continuous);
       const bool through = result.went_through && !result.creeps;

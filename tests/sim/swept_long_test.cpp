@@ -23,5 +23,15 @@ TEST(SweptInTheLarge, OfTenThousandShotsFewGoThroughALimitedSearchAndAreCounted)
   EXPECT_EQ(shots.unseen, 0);
 }
 
+/// Soft balls and sheets that drape over a thin or sharp obstacle can be pierced by it.
+TEST(SweptInTheLarge, OfTenThousandShotsOfAnyTissueAndTimeStepFewGoThrough) {
+  const test::Shots shots =
+      test::shoot_all(2000000, 10000, ContinuousDetection::full, test::random_shot_of_any_tissue);
+  EXPECT_LE(shots.through, 5);
+  EXPECT_LE(shots.unseen, 2);
+  EXPECT_LE(shots.creeps, 2);
+  EXPECT_EQ(shots.blown_up, 0);
+}
+
 }  // namespace
 }  // namespace palpate
