@@ -97,8 +97,8 @@ void Dynamics::set_loads(const Vec3& gravity, std::span<const Vec3> external_for
     if (!external_forces.empty()) loads_[i] += external_forces[i];
   });
   // Norms of the impulse of gravity and loads in a step, and (by mass) of the velocity change that they alone
-  // would cause. At rest all forces cancel, so only these give a scale for errors. Smaller changes than the
-  // rounding of the velocities do not matter.
+  // would cause. At rest all forces cancel, so only these give a scale for errors. Changes that
+  // are far smaller than the velocities do not matter.
   load_impulse_ =
       time_step_ * std::sqrt(parallel::sum(threads_, masses_.size(), partial_,
                                            [&](std::size_t i) { return squared_length(loads_[i]); }));
@@ -106,11 +106,12 @@ void Dynamics::set_loads(const Vec3& gravity, std::span<const Vec3> external_for
                   const double load = squared_length(loads_[i]);
                   return load == 0.0 ? 0.0 : load / diagonal_[i];
                 }));
-  constexpr double rounding = 1e-6;
-  load_scale_ = std::max(
-      load_scale_, rounding * std::sqrt(parallel::sum(threads_, masses_.size(), partial_, [&](std::size_t i) {
-                     return masses_[i] * squared_length(velocities_[i]);
-                   })));
+  constexpr double negligible = 1e-6;
+  load_scale_ =
+      std::max(load_scale_,
+               negligible * std::sqrt(parallel::sum(threads_, masses_.size(), partial_, [&](std::size_t i) {
+                 return masses_[i] * squared_length(velocities_[i]);
+               })));
 }
 
 /// The right side without couplings, b = h f - (h C + h^2 K') v = h f + M v - B v, by a product with the

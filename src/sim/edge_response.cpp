@@ -275,18 +275,19 @@ void EdgeResponse::list(const Frame& frame) {
                 for (std::size_t c = begin; c < end; ++c) add_edge_contact(frame, c, numbers_[c], rows);
               });
   lists_.join(frame.threads, rows_);
-  at_rims_.clear();
-  make_room(at_rims_, frame.table.size());
+  unsupported_.clear();
+  make_room(unsupported_, frame.table.size());
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     const Index own = at(frame.bodies.body_of_point(), contacts.point[c]);
-    if (support_.lack(own, contacts.body[c]) > 0.0) at_rims_.push_back(static_cast<Index>(c));
+    if (support_.lack(own, contacts.body[c]) > 0.0) unsupported_.push_back(static_cast<Index>(c));
   }
-  const std::size_t chunks = parallel::chunk_count(at_rims_.size(), grain);
+  const std::size_t chunks = parallel::chunk_count(unsupported_.size(), grain);
   if (searches_.size() < chunks) searches_.resize(chunks + chunks / 8 + 1);
-  lists_.fill(frame.threads, at_rims_.size(), grain,
+  lists_.fill(frame.threads, unsupported_.size(), grain,
               [&](std::size_t begin, std::size_t end, std::vector<Row>& rows) {
                 for (std::size_t i = begin; i < end; ++i)
-                  add_rim_edges(frame, static_cast<std::size_t>(at_rims_[i]), searches_[begin / grain], rows);
+                  add_rim_edges(frame, static_cast<std::size_t>(unsupported_[i]), searches_[begin / grain],
+                                rows);
               });
   lists_.append(frame.threads, rows_, chunks);
   std::ranges::sort(rows_, {}, [](const Row& row) { return row.end.key(); });

@@ -114,7 +114,7 @@ class EdgeResponse {
 
   std::vector<Index> numbers_;  ///< (n_edge_contacts) index of the part of its edge in the body
   PairSupport support_;
-  std::vector<Index> at_rims_;           ///< contacts at rims, in pairs of bodies that lack support
+  std::vector<Index> unsupported_;  ///< contacts in pairs of bodies that lack support: their edges may act
   std::vector<RimEdgeSearch> searches_;  ///< one for each chunk of contacts at rims
   parallel::ChunkedList<Row> lists_;
   std::vector<Row> rows_;
