@@ -122,12 +122,16 @@ void ConjugateGradients::choose(Run& run, SolveReport& report) {
   const bool automatic = run.goal.preconditioner == Preconditioner::automatic;
   // Leave enough iterations for multigrid below the maximum.
   const int most = std::min(patience(run.system), run.goal.max_iterations * 9 / 10);
-  if (automatic && tries_jacobi(report.jacobi_iterations, most)) {
+  if (automatic && !run.exact_products && tries_jacobi(report.jacobi_iterations, most)) {
     run.change_at = most;
   } else {
     run.multigrid->update(run.threads, run.system, run.positions);
     report.multigrid = true;
   }
+}
+
+bool ConjugateGradients::may_change(const Run& run) {
+  return run.change_at < std::numeric_limits<int>::max();
 }
 
 /// Changes to multigrid during a solve.
@@ -159,6 +163,7 @@ SolveReport ConjugateGradients::solve(const parallel::Threads& threads, LinearSy
   clear_estimates();
   SolveReport report{.jacobi_iterations = goal.jacobi_iterations};
   const bool fixed = goal.fixed_iterations > 0;
+  run.exact_products = !fixed && system.needs_exact_products(threads);
   const int most = fixed ? goal.fixed_iterations : goal.max_iterations;
   double beta = 0.0;
   bool broken = false;
@@ -174,10 +179,14 @@ SolveReport ConjugateGradients::solve(const parallel::Threads& threads, LinearSy
     if (ends && (fresh || fixed)) break;
     if (!fixed && (ends || is_stale)) {
       if (check_true_residual(run, report) || report.iterations >= most) break;
-      if (broken && run.exact_products) break;
+      if (broken && run.exact_products && !may_change(run)) break;
+      beta = replace(run, report);
+      if (broken && run.exact_products) {
+        change(run, report);
+        beta = 0.0;
+      }
       run.exact_products = run.exact_products || broken;
       broken = false;
-      beta = replace(run, report);
       continue;
     }
     if (!begun) {  // not earlier: a good guess needs no preconditioner

@@ -133,6 +133,7 @@ class ConjugateGradients {
   bool check_true_residual(Run& run, SolveReport& report);
   double replace(Run& run, const SolveReport& report);
   void choose(Run& run, SolveReport& report);
+  static bool may_change(const Run& run);
   void change(Run& run, SolveReport& report);
   void precondition(Run& run, const SolveReport& report);
   void resize(const LinearSystem& system);

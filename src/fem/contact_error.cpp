@@ -84,4 +84,23 @@ bool ContactSolver::check_true_residual(Run& run) {
   return near;
 }
 
+/// Whether x has more energy than zero: x^T A x / 2 - x^T b + h sum_k V_k(u_k), with the potentials V_k of
+/// the contacts for their friction bounds at x. A solution has the least energy. Needs the true residual.
+bool ContactSolver::is_worse_than_zero(const Run& run) {
+  const double of_bodies = parallel::sum(run.threads, run.x.size(), partial_, [&](std::size_t i) {
+    return -0.5 * (dot(unpadded(run.x[i]), unpadded(run.b[i])) +
+                   dot(unpadded(run.x[i]), unpadded(true_residual_[i])));
+  });
+  const StepFriction& step = run.problem.friction;
+  const auto contacts = run.contacts();
+  const double of_contacts = parallel::sum(run.threads, contacts.size(), partial_, [&](std::size_t k) {
+    const ContactLaw& law = run.problem.laws[k];
+    const Vec3 u = run.relative_velocity(contacts[k]);
+    const double bound = step.coefficient * contact_force(law, step, u).normal;
+    return step.time_step * (contact_potential(law, step.time_step, bound, u) -
+                             contact_potential(law, step.time_step, bound, run.base_velocity(contacts[k])));
+  });
+  return !(of_bodies + of_contacts < 0.0);
+}
+
 }  // namespace palpate::fem

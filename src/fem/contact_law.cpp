@@ -27,6 +27,13 @@ ContactForce contact_force(const ContactLaw& law, const StepFriction& step, cons
   return {.normal = normal, .pull = pull, .friction = bounded(pull, step.coefficient * normal)};
 }
 
+double contact_potential(const ContactLaw& law, double time_step, double friction_bound, const Vec3& u) {
+  const double normal = normal_force(law, time_step, u);
+  const double pull = length(spring_pull(law, time_step, u));
+  const double sliding = std::max(pull - friction_bound, 0.0);
+  return (normal * normal + pull * pull - sliding * sliding) / (2.0 * law.resistance(time_step));
+}
+
 void put_in_rows(std::span<const ContactLaw> laws, double time_step, simd::AlignedVector<double>& rows) {
   constexpr std::size_t lanes = simd::law_lanes;
   const std::size_t numbers = simd::law_values * ((laws.size() + lanes - 1) / lanes);

@@ -42,6 +42,11 @@ struct ContactForce {
 };
 [[nodiscard]] ContactForce contact_force(const ContactLaw& law, const StepFriction& step, const Vec3& u);
 
+/// A function of u whose negative derivative is the force of the law with a fixed friction bound. Convex; N
+/// m/s.
+[[nodiscard]] double contact_potential(const ContactLaw& law, double time_step, double friction_bound,
+                                       const Vec3& u);
+
 /// Stores laws in the layout of simd/contact_laws.hpp: whole groups, padded with zeros. O(laws).
 void put_in_rows(std::span<const ContactLaw> laws, double time_step, simd::AlignedVector<double>& rows);
 

@@ -124,7 +124,7 @@ void ContactSolver::choose(Run& run, bool goes_on) {
   const int most = std::min(ConjugateGradients::patience(*run.problem.stiffened),
                             run.inner * run.goal.max_iterations * 9 / 10);
   const bool keeps_multigrid = goes_on && multigrid_ && !run.goal.rough;
-  if (run.goal.preconditioner == Preconditioner::automatic && !keeps_multigrid &&
+  if (run.goal.preconditioner == Preconditioner::automatic && !keeps_multigrid && !run.exact_products &&
       ConjugateGradients::tries_jacobi(run.report.jacobi_iterations, most)) {
     run.change_at = most;
   } else {
@@ -240,6 +240,7 @@ SolveReport ContactSolver::solve(const parallel::Threads& threads, const Contact
   run.report.jacobi_iterations = goal.jacobi_iterations;
   run.report.error_per_bound = goal.error_per_bound;
   resize(run);
+  run.exact_products = goal.fixed_iterations == 0 && problem.system->needs_exact_products(threads);
   choose(run, goes_on);
   start(run, goes_on);
   restart(run, true);
@@ -283,9 +284,8 @@ SolveReport ContactSolver::solve(const parallel::Threads& threads, const Contact
   }
   run.report.converged = run.reached();
   store_fraction(run);
-  if (!run.report.converged && run.report.relative_residual > 1.0) {
-    // Rounding prevents a solution, as with tissue whose stiffness is far larger than its inertia. Zero is
-    // the better result.
+  if (!run.report.converged && is_worse_than_zero(run)) {
+    // Rounding prevents a solution, as with tissue whose stiffness is far larger than its inertia.
     std::ranges::fill(x, simd::Padded3{});
     reduced_.begin(reduced_.capacity());
   }

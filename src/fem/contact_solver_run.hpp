@@ -48,6 +48,15 @@ struct ContactSolver::Run {
   [[nodiscard]] bool reached() const {
     return (goal.of_solution ? report.relative_error : report.relative_residual) <= goal.tolerance;
   }
+  /// Relative velocity of a coupling without the solution, and with it.
+  [[nodiscard]] Vec3 base_velocity(const Coupling& coupling) const {
+    Vec3 u;
+    for (std::size_t i = 0; i < 5; ++i) {
+      const Index point = coupling.points[i];
+      if (point >= 0) u += coupling.coefficients[i] * unpadded(at(problem.base, point));
+    }
+    return u;
+  }
   [[nodiscard]] Vec3 relative_velocity(const Coupling& coupling) const {
     Vec3 u;
     for (std::size_t i = 0; i < 5; ++i) {

@@ -21,6 +21,26 @@ LinearSystem::LinearSystem(const BlockMatrix& blocks, CouplingSystem& couplings,
       inverse_diagonal_(diagonal_.size()),
       partial_(parallel::chunk_count(blocks.slice_count(), slice_grain)) {}
 
+bool LinearSystem::needs_exact_products(const parallel::Threads& threads) {
+  constexpr float largest = 1e7F;  // stiffness over mass: a float has seven digits
+  constexpr std::size_t n = simd::slice_rows;
+  const auto blocks = blocks_->diagonal_blocks();
+  const auto masses = blocks_->masses();
+  parallel::for_chunks(threads, blocks_->slice_count(), slice_grain,
+                       [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+                         bool stiff = false;
+                         for (std::size_t slice = begin; slice < end; ++slice) {
+                           const float* block = &blocks[simd::slice_symmetric * slice];
+                           for (std::size_t lane = 0; lane < n; ++lane) {
+                             const float trace = block[lane] + block[n + lane] + block[2 * n + lane];
+                             stiff = stiff || trace > 3.0F * largest * masses[n * slice + lane];
+                           }
+                         }
+                         partial_[chunk] = stiff ? 1.0 : 0.0;
+                       });
+  return std::ranges::find(partial_, 1.0) != partial_.end();
+}
+
 void LinearSystem::update_preconditioner(const parallel::Threads& threads) {
   couplings_->order(threads, blocks_->row_of_point(), blocks_->row_count());
   const auto rows = blocks_->point_of_row();

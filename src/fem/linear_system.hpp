@@ -34,6 +34,10 @@ class LinearSystem {
   [[nodiscard]] std::span<const float> masses() const { return blocks_->masses(); }
   [[nodiscard]] std::span<const float> inverse_masses() const { return inverse_masses_; }
 
+  /// Whether floats are too coarse for products with A: rounding of stiffness is not small compared with the
+  /// masses. O(n_points).
+  [[nodiscard]] bool needs_exact_products(const parallel::Threads& threads);
+
   /// Copies the couplings and inverts the diagonal blocks of A as they are now. O(n_points).
   void update_preconditioner(const parallel::Threads& threads);
 

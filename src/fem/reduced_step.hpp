@@ -21,9 +21,11 @@ namespace palpate::fem {
 /// linearised here: with so few unknowns an iteration costs less than a product with A.
 ///
 /// solve() continues from the last c by Newton's method with the true derivatives. If that does not lower |F|
-/// (in the norm of G^-1), it uses Newton's method with line search on the convex problem with the bounds of
-/// friction at the last c (Haslinger's fixed point). It stops when |F| has fallen to a tenth, or after two
-/// rounds, since the next direction changes F anyway.
+/// (in the norm of G^-1), as at the limit between sticking and sliding, a few contacts are solved one after
+/// the other, in sweeps (nonlinear Gauss-Seidel: Moreau 1999, Jean 1999, Comput. Methods Appl. Mech. Eng.
+/// 177). If that does not lower |F| either, it uses Newton's method with line search on the convex problem
+/// with the bounds of friction at the last c (Haslinger's fixed point). It stops when |F| has fallen to a
+/// tenth, or after two rounds, since the next direction changes F anyway.
 class ReducedStep {
  public:
   static constexpr std::size_t max_directions = 48;  ///< maximum number of directions
@@ -87,6 +89,10 @@ class ReducedStep {
   bool solve_linear(std::span<const double> f, std::vector<double>& step);
   bool step_newton(const parallel::Threads& threads);
   bool step_convex(const parallel::Threads& threads);
+  void solve_lower(double* x) const;
+  void begin_sweeps();
+  double sweep();
+  bool step_sweeps(const parallel::Threads& threads);
   double search_line(const parallel::Threads& threads);
 
   std::span<const ContactLaw> laws_;
@@ -118,6 +124,9 @@ class ReducedStep {
   std::vector<double> f_;  ///< F at the current c; at c = 0 valid only after solve() has begun
   bool at_base_ = true;    ///< c = 0
   std::vector<double> trial_f_, trial_c_, step_, solved_;
+  std::vector<double> sweep_rows_;  ///< (contacts x 3 x size) of step_sweeps()
+  std::vector<Matrix3> responses_;  ///< (contacts) of step_sweeps(), m/(N s)
+  bool sweeps_help_ = true;         ///< step_sweeps() has not failed with these contacts
   double size_of_f_ = 0.0;
 };
 
