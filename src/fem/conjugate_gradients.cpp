@@ -70,8 +70,9 @@ bool ConjugateGradients::check_true_residual(Run& run, SolveReport& report) {
   const bool near = off <= drift_fraction * run.goal.tolerance * run.solution_unit();
   run.exact_products = run.exact_products || (run.last_drift > 0.0 && !(off < 0.5 * run.last_drift));
   run.last_drift = off;
+  if (run.stiff && !run.rigid_part_is_small()) clear_estimates();
   run.direction_holds = off <= 0.1 * run.scale * std::sqrt(run.sums.by_mass);
-  return reached(run.goal, report, 1.0) && (near || !run.goal.of_solution);
+  return reached(run.goal, report, 1.0) && (near || !run.goal.of_solution) && run.rigid_part_is_small();
 }
 
 /// Replaces the residual of the recurrence by the true one. Returns beta, the factor of the last direction in
@@ -157,13 +158,14 @@ SolveReport ConjugateGradients::solve(const parallel::Threads& threads, LinearSy
           .goal = goal,
           .multigrid = multigrid,
           .positions = positions};
+  run.stiff = goal.fixed_iterations == 0 && !positions.empty() && system.needs_exact_products(threads);
+  run.exact_products = run.stiff;
   run.size_b = start(run);
   if (run.size_b == 0.0) return {.jacobi_iterations = goal.jacobi_iterations, .converged = true};
   load(run);
   clear_estimates();
   SolveReport report{.jacobi_iterations = goal.jacobi_iterations};
   const bool fixed = goal.fixed_iterations > 0;
-  run.exact_products = !fixed && system.needs_exact_products(threads);
   const int most = fixed ? goal.fixed_iterations : goal.max_iterations;
   double beta = 0.0;
   bool broken = false;
@@ -173,7 +175,8 @@ SolveReport ConjugateGradients::solve(const parallel::Threads& threads, LinearSy
     const bool fresh = run.iterations_since == 0;
     const bool enough =
         fresh ? report.iterations == 0 || report.multigrid || run.bounded(report) : run.iterations_since >= 2;
-    const bool done = !fixed && enough && reached(goal, report, fresh ? 1.0 : estimated_fraction);
+    const bool done = !fixed && enough && reached(goal, report, fresh ? 1.0 : estimated_fraction) &&
+                      (!fresh || run.rigid_part_is_small());
     const bool ends = done || broken || report.iterations >= most || run.sums.residual == 0.0;
     const bool is_stale = !fresh && run.scale * std::sqrt(run.sums.residual) <= stale_below * run.largest;
     if (ends && (fresh || fixed)) break;
@@ -221,7 +224,7 @@ SolveReport ConjugateGradients::solve(const parallel::Threads& threads, LinearSy
     beta = run.sums.preconditioned / before;
   }
   if (fixed) flush(run);
-  report.converged = reached(goal, report, 1.0);
+  report.converged = reached(goal, report, 1.0) && (fixed || run.rigid_part_is_small());
   if (!report.converged && !fixed && is_worse_than_zero(run)) std::ranges::fill(x, simd::Padded3{});
   if (report.multigrid) multigrid->count(report.iterations);
   return report;

@@ -112,21 +112,28 @@ class ConjugateGradients {
     bool direction_holds =
         false;  ///< the true residual is close to the recurrence, so directions stay conjugate
     bool exact_products = false;  ///< products in double
+    bool stiff = false;           ///< LinearSystem::needs_exact_products()
+    double rigid_change = 0.0;    ///< LinearSystem::rigid_change() of the true residual, if stiff
     simd::VectorSums sums{};      ///< of the float vectors
 
     [[nodiscard]] double residual_unit() const { return std::max(size_b, goal.least_residual); }
     [[nodiscard]] double solution_unit() const {
       return std::max(scale * std::sqrt(sums.solution), goal.least_scale);
     }
+    /// Whether the rigid part of the error is small. Contacts make its bound larger than the error.
+    [[nodiscard]] bool rigid_part_is_small() const {
+      constexpr double of_contacts = 10.0;
+      return !goal.of_solution || rigid_change <= of_contacts * goal.tolerance * solution_unit();
+    }
     /// Whether the goal is reached according to a bound, not an estimate.
     [[nodiscard]] bool bounded(const SolveReport& report) const {
       return !goal.of_solution || scale * std::sqrt(sums.by_mass) <= report.relative_error * solution_unit();
     }
   };
-  double start(const Run& run);
+  double start(Run& run);
   static bool diverges(const Run& run);
   bool is_worse_than_zero(const Run& run);
-  void find_residual(const Run& run);
+  void find_residual(Run& run);
   void load(Run& run);
   void flush(Run& run);
   void discard(Run& run);

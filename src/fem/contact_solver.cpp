@@ -13,7 +13,8 @@ constexpr std::size_t slice_grain = 16;
 constexpr std::size_t contact_grain = 256;
 /// Iterations after which the preconditioner is renewed with the current contacts.
 constexpr int renewal = 16;
-/// A solve that is limited by rounding ends after this number of checks of the true residual.
+/// A solve that is limited by rounding ends after this number of checks of the true residual, unless products
+/// are in double.
 constexpr int max_residual_checks = 4;
 
 /// Number of directions that fit into memory.
@@ -240,7 +241,8 @@ SolveReport ContactSolver::solve(const parallel::Threads& threads, const Contact
   run.report.jacobi_iterations = goal.jacobi_iterations;
   run.report.error_per_bound = goal.error_per_bound;
   resize(run);
-  run.exact_products = goal.fixed_iterations == 0 && problem.system->needs_exact_products(threads);
+  run.stiff = goal.fixed_iterations == 0 && problem.system->needs_exact_products(threads);
+  run.exact_products = run.stiff;
   choose(run, goes_on);
   start(run, goes_on);
   restart(run, true);
@@ -250,6 +252,7 @@ SolveReport ContactSolver::solve(const parallel::Threads& threads, const Contact
   run.past_residual = run.residual();
   const bool fixed = goal.fixed_iterations > 0;
   const int most = fixed ? goal.fixed_iterations : goal.max_iterations;
+  const int most_checks = run.stiff ? most : max_residual_checks;
   while (true) {
     estimate_error(run);
     if (!fixed && run.reached() && must_change(run)) {
@@ -260,8 +263,9 @@ SolveReport ContactSolver::solve(const parallel::Threads& threads, const Contact
       const bool near = check_true_residual(run);
       estimate_error(run);
       // The true residual may be slightly above the goal although the float residual was below it.
-      const bool done = near && (fixed || run.reached());
-      if (done || run.residual_checks >= max_residual_checks || run.steps >= most) break;
+      const bool done = near && (fixed || (run.reached() && run.rigid_part_is_small()));
+      if (!run.rigid_part_is_small()) begin_estimates(run);  // they were wrong
+      if (done || run.residual_checks >= most_checks || run.steps >= most) break;
     }
     keep_current(run);
     if (reduced_.directions() == reduced_.capacity() && !grow(run)) shrink(run);
@@ -282,7 +286,7 @@ SolveReport ContactSolver::solve(const parallel::Threads& threads, const Contact
     }
     compute_residual(run);
   }
-  run.report.converged = run.reached();
+  run.report.converged = run.reached() && (fixed || run.rigid_part_is_small());
   store_fraction(run);
   if (!run.report.converged && is_worse_than_zero(run)) {
     // Rounding prevents a solution, as with tissue whose stiffness is far larger than its inertia.

@@ -36,6 +36,8 @@ struct ContactSolver::Run {
   int renew_at = 0;            ///< iteration at which the preconditioner is renewed
   bool broken = false;         ///< the last direction was linearly dependent
   bool exact_products = false;
+  bool stiff = false;         ///< LinearSystem::needs_exact_products()
+  double rigid_change = 0.0;  ///< LinearSystem::rigid_change() of the true residual, if stiff
 
   [[nodiscard]] std::span<Coupling> contacts() const {
     return problem.couplings.subspan(problem.couplings.size() - problem.laws.size());
@@ -47,6 +49,11 @@ struct ContactSolver::Run {
   [[nodiscard]] double solution_unit() const { return std::max(size, goal.least_scale); }
   [[nodiscard]] bool reached() const {
     return (goal.of_solution ? report.relative_error : report.relative_residual) <= goal.tolerance;
+  }
+  /// Whether the rigid part of the error is small. Contacts make its bound larger than the error.
+  [[nodiscard]] bool rigid_part_is_small() const {
+    constexpr double of_contacts = 10.0;
+    return !goal.of_solution || rigid_change <= of_contacts * goal.tolerance * solution_unit();
   }
   /// Relative velocity of a coupling without the solution, and with it.
   [[nodiscard]] Vec3 base_velocity(const Coupling& coupling) const {

@@ -1,7 +1,11 @@
 #include "fem/linear_system.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
+
+#include "fem/matrix.hpp"
+#include "geometry/vector.hpp"
 
 namespace palpate::fem {
 namespace {
@@ -16,10 +20,15 @@ LinearSystem::LinearSystem(const BlockMatrix& blocks, CouplingSystem& couplings,
     : blocks_(&blocks),
       couplings_(&couplings),
       free_(std::move(free)),
+      body_of_point_(blocks.body_of_point()),
       inverse_masses_(blocks.row_count(), 0.0F),
       diagonal_(simd::slice_symmetric * blocks.slice_count()),
       inverse_diagonal_(diagonal_.size()),
-      partial_(parallel::chunk_count(blocks.slice_count(), slice_grain)) {}
+      partial_(parallel::chunk_count(blocks.slice_count(), slice_grain)) {
+  for (std::size_t i = 0; i < free_.size(); ++i) {
+    if (blocks.elements_of_point()[static_cast<Index>(i)].empty()) body_of_point_[i] = -1;
+  }
+}
 
 bool LinearSystem::needs_exact_products(const parallel::Threads& threads) {
   constexpr float largest = 1e7F;  // stiffness over mass: a float has seven digits
@@ -39,6 +48,40 @@ bool LinearSystem::needs_exact_products(const parallel::Threads& threads) {
                          partial_[chunk] = stiff ? 1.0 : 0.0;
                        });
   return std::ranges::find(partial_, 1.0) != partial_.end();
+}
+
+double LinearSystem::rigid_change(std::span<const simd::Padded3> residual,
+                                  std::span<const Vec3> positions) const {
+  const auto masses = blocks_->diagonal();
+  double sum = 0.0;
+  for (std::size_t begin = 0; begin < body_of_point_.size();) {
+    std::size_t end = begin;
+    bool is_free = true;
+    double mass = 0.0;
+    Vec3 center;
+    for (; end < body_of_point_.size() && body_of_point_[end] == body_of_point_[begin]; ++end) {
+      is_free = is_free && free_[end] != 0;
+      mass += masses[end];
+      center += masses[end] * positions[end];
+    }
+    if (is_free) {
+      center = (1.0 / mass) * center;
+      Vec3 force;
+      Vec3 torque;
+      Matrix3 inertia;
+      for (std::size_t i = begin; i < end; ++i) {
+        const Vec3 r{residual[i].x, residual[i].y, residual[i].z};
+        const Vec3 arm = positions[i] - center;
+        force += r;
+        torque += cross(arm, r);
+        add_outer(inertia, -masses[i], arm, arm);
+        for (int k = 0; k < 3; ++k) inertia(k, k) += masses[i] * squared_length(arm);
+      }
+      sum += squared_length(force) / mass + std::max(0.0, dot(torque, inverse(inertia) * torque));
+    }
+    begin = end;
+  }
+  return std::sqrt(sum);
 }
 
 void LinearSystem::update_preconditioner(const parallel::Threads& threads) {

@@ -38,6 +38,12 @@ class LinearSystem {
   /// masses. O(n_points).
   [[nodiscard]] bool needs_exact_products(const parallel::Threads& threads);
 
+  /// Norm, by mass, of the change of velocity that a residual would give to the bodies if they were rigid and
+  /// free. Without couplings, this is the rigid part of the error. Bodies with points that are not free are
+  /// left out. In double, so that elastic forces, which add up to zero, have no effect. O(n_points).
+  [[nodiscard]] double rigid_change(std::span<const simd::Padded3> residual,
+                                    std::span<const Vec3> positions) const;
+
   /// Copies the couplings and inverts the diagonal blocks of A as they are now. O(n_points).
   void update_preconditioner(const parallel::Threads& threads);
 
@@ -65,6 +71,7 @@ class LinearSystem {
   const BlockMatrix* blocks_;
   CouplingSystem* couplings_;
   std::vector<std::uint8_t> free_;
+  std::vector<Index> body_of_point_;  ///< -1: no element
   simd::AlignedVector<float> inverse_masses_;
   simd::AlignedVector<float> diagonal_;  ///< diagonal blocks with couplings
   simd::AlignedVector<float> inverse_diagonal_;
