@@ -84,8 +84,9 @@ bool ContactSolver::check_true_residual(Run& run) {
   return near;
 }
 
-/// Whether x has more energy than zero: x^T A x / 2 - x^T b + h sum_k V_k(u_k), with the potentials V_k of
-/// the contacts for their friction bounds at x. A solution has the least energy. Needs the true residual.
+/// Whether x is a worse result than zero. It is if it has more energy: x^T A x / 2 - x^T b + h sum_k
+/// V_k(u_k), with the potentials V_k of the contacts for their friction bounds at x. A solution has the least
+/// energy. Needs the true residual.
 bool ContactSolver::is_worse_than_zero(const Run& run) {
   const double of_bodies = parallel::sum(run.threads, run.x.size(), partial_, [&](std::size_t i) {
     return -0.5 * (dot(unpadded(run.x[i]), unpadded(run.b[i])) +
@@ -100,7 +101,22 @@ bool ContactSolver::is_worse_than_zero(const Run& run) {
     return step.time_step * (contact_potential(law, step.time_step, bound, u) -
                              contact_potential(law, step.time_step, bound, run.base_velocity(contacts[k])));
   });
-  return !(of_bodies + of_contacts < 0.0);
+  return !(of_bodies + of_contacts < 0.0) || (run.stiff && gains_speed(run));
+}
+
+/// Whether the bodies become faster than loads alone could make them. A failed solve of stiff bodies may
+/// release energy that errors of earlier steps have stored as strain.
+bool ContactSolver::gains_speed(const Run& run) {
+  const auto masses = run.problem.system->blocks().diagonal();
+  const auto size = [&](bool with_x) {
+    return std::sqrt(parallel::sum(run.threads, run.x.size(), partial_, [&](std::size_t i) {
+      const Vec3 base = unpadded(run.problem.base[i]);
+      return run.problem.system->free()[i] == 0
+                 ? 0.0
+                 : masses[i] * squared_length(with_x ? base + unpadded(run.x[i]) : base);
+    }));
+  };
+  return size(true) > size(false) + run.goal.least_scale;
 }
 
 }  // namespace palpate::fem

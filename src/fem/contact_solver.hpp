@@ -92,6 +92,7 @@ class ContactSolver {
   void flush(Run& run);
   bool check_true_residual(Run& run);
   bool is_worse_than_zero(const Run& run);
+  bool gains_speed(const Run& run);
   bool grow(Run& run);
   void shrink(Run& run);
   void move_directions(const Run& run, std::size_t kept);
