@@ -70,7 +70,7 @@ bool ConjugateGradients::check_true_residual(Run& run, SolveReport& report) {
   const bool near = off <= drift_fraction * run.goal.tolerance * run.solution_unit();
   run.exact_products = run.exact_products || (run.last_drift > 0.0 && !(off < 0.5 * run.last_drift));
   run.last_drift = off;
-  if (run.stiff && !run.rigid_part_is_small()) clear_estimates();
+  if (!run.rigid_part_is_small()) clear_estimates();  // they were wrong
   run.direction_holds = off <= 0.1 * run.scale * std::sqrt(run.sums.by_mass);
   return reached(run.goal, report, 1.0) && (near || !run.goal.of_solution) && run.rigid_part_is_small();
 }
@@ -123,7 +123,7 @@ void ConjugateGradients::choose(Run& run, SolveReport& report) {
   const bool automatic = run.goal.preconditioner == Preconditioner::automatic;
   // Leave enough iterations for multigrid below the maximum.
   const int most = std::min(patience(run.system), run.goal.max_iterations * 9 / 10);
-  if (automatic && !run.exact_products && tries_jacobi(report.jacobi_iterations, most)) {
+  if (automatic && !run.stiff && tries_jacobi(report.jacobi_iterations, most)) {
     run.change_at = most;
   } else {
     run.multigrid->update(run.threads, run.system, run.positions);

@@ -34,6 +34,14 @@ struct SolveGoal {
   /// Lower bounds of the two norms that the tolerance is relative to.
   double least_scale = 0.0;     ///< of the solution
   double least_residual = 0.0;  ///< of the right side
+
+  /// Whether the rigid part of the error is small. Contacts make its bound larger than the error.
+  /// \param change  LinearSystem::rigid_change() of the residual
+  /// \param unit    norm of the solution
+  [[nodiscard]] bool allows_rigid_change(double change, double unit) const {
+    constexpr double of_contacts = 10.0;
+    return !of_solution || change <= of_contacts * tolerance * unit;
+  }
 };
 
 /// The result of solving a linear system.
@@ -120,10 +128,8 @@ class ConjugateGradients {
     [[nodiscard]] double solution_unit() const {
       return std::max(scale * std::sqrt(sums.solution), goal.least_scale);
     }
-    /// Whether the rigid part of the error is small. Contacts make its bound larger than the error.
     [[nodiscard]] bool rigid_part_is_small() const {
-      constexpr double of_contacts = 10.0;
-      return !goal.of_solution || rigid_change <= of_contacts * goal.tolerance * solution_unit();
+      return goal.allows_rigid_change(rigid_change, solution_unit());
     }
     /// Whether the goal is reached according to a bound, not an estimate.
     [[nodiscard]] bool bounded(const SolveReport& report) const {

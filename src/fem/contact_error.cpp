@@ -98,8 +98,9 @@ bool ContactSolver::is_worse_than_zero(const Run& run) {
     const ContactLaw& law = run.problem.laws[k];
     const Vec3 u = run.relative_velocity(contacts[k]);
     const double bound = step.coefficient * contact_force(law, step, u).normal;
-    return step.time_step * (contact_potential(law, step.time_step, bound, u) -
-                             contact_potential(law, step.time_step, bound, run.base_velocity(contacts[k])));
+    return step.time_step *
+           (contact_potential(law, step.time_step, bound, u) -
+            contact_potential(law, step.time_step, bound, run.relative_velocity(contacts[k], 0.0)));
   });
   return !(of_bodies + of_contacts < 0.0) || (run.stiff && gains_speed(run));
 }

@@ -125,7 +125,7 @@ void ContactSolver::choose(Run& run, bool goes_on) {
   const int most = std::min(ConjugateGradients::patience(*run.problem.stiffened),
                             run.inner * run.goal.max_iterations * 9 / 10);
   const bool keeps_multigrid = goes_on && multigrid_ && !run.goal.rough;
-  if (run.goal.preconditioner == Preconditioner::automatic && !keeps_multigrid && !run.exact_products &&
+  if (run.goal.preconditioner == Preconditioner::automatic && !keeps_multigrid && !run.stiff &&
       ConjugateGradients::tries_jacobi(run.report.jacobi_iterations, most)) {
     run.change_at = most;
   } else {

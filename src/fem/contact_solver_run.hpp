@@ -50,26 +50,16 @@ struct ContactSolver::Run {
   [[nodiscard]] bool reached() const {
     return (goal.of_solution ? report.relative_error : report.relative_residual) <= goal.tolerance;
   }
-  /// Whether the rigid part of the error is small. Contacts make its bound larger than the error.
   [[nodiscard]] bool rigid_part_is_small() const {
-    constexpr double of_contacts = 10.0;
-    return !goal.of_solution || rigid_change <= of_contacts * goal.tolerance * solution_unit();
+    return goal.allows_rigid_change(rigid_change, solution_unit());
   }
-  /// Relative velocity of a coupling without the solution, and with it.
-  [[nodiscard]] Vec3 base_velocity(const Coupling& coupling) const {
-    Vec3 u;
-    for (std::size_t i = 0; i < 5; ++i) {
-      const Index point = coupling.points[i];
-      if (point >= 0) u += coupling.coefficients[i] * unpadded(at(problem.base, point));
-    }
-    return u;
-  }
-  [[nodiscard]] Vec3 relative_velocity(const Coupling& coupling) const {
+  /// Relative velocity of a coupling with this part of the solution.
+  [[nodiscard]] Vec3 relative_velocity(const Coupling& coupling, double part = 1.0) const {
     Vec3 u;
     for (std::size_t i = 0; i < 5; ++i) {
       const Index point = coupling.points[i];
       if (point < 0) continue;
-      u += coupling.coefficients[i] * (unpadded(at(problem.base, point)) + unpadded(at(x, point)));
+      u += coupling.coefficients[i] * (unpadded(at(problem.base, point)) + part * unpadded(at(x, point)));
     }
     return u;
   }

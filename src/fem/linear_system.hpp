@@ -40,7 +40,7 @@ class LinearSystem {
 
   /// Norm, by mass, of the change of velocity that a residual would give to the bodies if they were rigid and
   /// free. Without couplings, this is the rigid part of the error. Bodies with points that are not free are
-  /// left out. In double, so that elastic forces, which add up to zero, have no effect. O(n_points).
+  /// left out. In double, so that elastic forces, which add up to zero, have no effect. O(n_points), serial.
   [[nodiscard]] double rigid_change(std::span<const simd::Padded3> residual,
                                     std::span<const Vec3> positions) const;
 

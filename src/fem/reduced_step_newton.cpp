@@ -36,15 +36,21 @@ bool ReducedStep::factor_gram() {
   return true;
 }
 
+/// x = L^-1 x, with the Cholesky factor L of G.
+void ReducedStep::solve_lower(double* x) const {
+  for (std::size_t i = 0; i < size_; ++i) {
+    double sum = x[i];
+    for (std::size_t k = 0; k < i; ++k) sum -= lower_[stride_ * i + k] * x[k];
+    x[i] = sum / lower_[stride_ * i + i];
+  }
+}
+
 /// Norm of F by G^-1, which equals the norm by G of the step G^-1 F.
 double ReducedStep::norm(std::span<const double> f) {
+  std::copy_n(f.begin(), size_, solved_.begin());
+  solve_lower(solved_.data());
   double square = 0.0;
-  for (std::size_t i = 0; i < size_; ++i) {
-    double sum = f[i];
-    for (std::size_t k = 0; k < i; ++k) sum -= lower_[stride_ * i + k] * solved_[k];
-    solved_[i] = sum / lower_[stride_ * i + i];
-    square += solved_[i] * solved_[i];
-  }
+  for (std::size_t i = 0; i < size_; ++i) square += solved_[i] * solved_[i];
   return std::sqrt(square);
 }
 

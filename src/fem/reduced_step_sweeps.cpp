@@ -19,15 +19,6 @@ constexpr double enough = 0.7;
 
 }  // namespace
 
-/// x = L^-1 x, with the Cholesky factor L of G.
-void ReducedStep::solve_lower(double* x) const {
-  for (std::size_t i = 0; i < size_; ++i) {
-    double sum = x[i];
-    for (std::size_t k = 0; k < i; ++k) sum -= lower_[stride_ * i + k] * x[k];
-    x[i] = sum / lower_[stride_ * i + i];
-  }
-}
-
 /// Computes the rows J_k L^-T and the responses h J_k G^-1 J_k^T of the contacts, and y = L^T c for the c to
 /// which the current forces lead.
 void ReducedStep::begin_sweeps() {
