@@ -285,9 +285,10 @@ void EdgeResponse::list(const Frame& frame) {
   if (searches_.size() < chunks) searches_.resize(chunks + chunks / 8 + 1);
   lists_.fill(frame.threads, unsupported_.size(), grain,
               [&](std::size_t begin, std::size_t end, std::vector<Row>& rows) {
-                for (std::size_t i = begin; i < end; ++i)
-                  add_rim_edges(frame, static_cast<std::size_t>(unsupported_[i]), searches_[begin / grain],
-                                rows);
+                for (std::size_t i = begin; i < end; ++i) {
+                  const auto c = static_cast<std::size_t>(unsupported_[i]);
+                  add_rim_edges(frame, c, searches_[begin / grain], rows);
+                }
               });
   lists_.append(frame.threads, rows_, chunks);
   std::ranges::sort(rows_, {}, [](const Row& row) { return row.end.key(); });
