@@ -1,0 +1,51 @@
+#!/usr/bin/env python3
+"""Prints the sources that clang-tidy must read again, as regular expressions, one a line: those that changed in the last
+commits or in the working tree, and those that include something that did. All of them if git does not know that many
+commits.
+
+    changed_sources.py ROOT BUILD PATTERN
+
+ROOT is the project, BUILD a folder that ninja has built, PATTERN a regular expression for the sources."""
+
+import json
+import pathlib
+import re
+import subprocess
+import sys
+
+COMMITS = 40  # more than ever land together, so that each source was read after its last change
+
+
+def changed_since(root):
+    """Paths relative to the project, or None if there are fewer commits."""
+    git = ["git", "-C", root]
+    old = subprocess.run([*git, "diff", "--name-only", f"HEAD~{COMMITS}"], capture_output=True, text=True)
+    new = subprocess.run([*git, "ls-files", "--others", "--exclude-standard"], capture_output=True, text=True)
+    return set((old.stdout + new.stdout).split("\n")) - {""} if old.returncode == 0 else None
+
+
+def dependencies(build):
+    """For each object, the files that its compiler read."""
+    text = subprocess.run(["ninja", "-C", build, "-t", "deps"], capture_output=True, text=True, check=True).stdout
+    files = {}
+    for block in text.split("\n\n"):
+        first, _, rest = block.strip().partition("\n")
+        files[first.split(": #deps")[0]] = {str((build / line.strip()).resolve()) for line in rest.split("\n") if line}
+    return files
+
+
+def main(root, build, pattern):
+    root, build = pathlib.Path(root).resolve(), pathlib.Path(build).resolve()
+    commands = json.loads((build / "compile_commands.json").read_text())
+    sources = {c["file"]: c["command"].split(" -o ")[1].split()[0] for c in commands if re.match(pattern, c["file"])}
+    changed = changed_since(root)
+    if changed is not None and ".clang-tidy" not in changed:
+        changed = {str(root / path) for path in changed}
+        read = dependencies(build)
+        sources = {file: output for file, output in sources.items()
+                   if output not in read or file in changed or read[output] & changed}
+    print("\n".join(f"^{re.escape(file)}$" for file in sorted(sources)))
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
