@@ -17,6 +17,11 @@ constexpr int renewal = 16;
 /// are in double.
 constexpr int max_residual_checks = 4;
 
+/// Up to so many contacts, they may be solved in sweeps. Stiff bodies need sweeps most; softer ones converge
+/// without, and more sweeps would lead some of them into cycles.
+constexpr std::size_t swept = 16;
+constexpr std::size_t swept_if_stiff = 64;
+
 /// Number of directions that fit into memory.
 double most_by_memory(std::size_t rows) {
   constexpr double memory = 256e6;  // bytes
@@ -111,7 +116,7 @@ void ContactSolver::start(Run& run, bool goes_on) {
 /// Sets the float vectors and the contacts from x and the true residual.
 void ContactSolver::restart(Run& run, bool keeps_directions) {
   if (!keeps_directions) reduced_.begin(reduced_.capacity());
-  reduced_.set_contacts(run.problem.laws, run.problem.friction);
+  reduced_.set_contacts(run.problem.laws, run.problem.friction, run.stiff ? swept_if_stiff : swept);
   for (std::size_t d = 0; d < reduced_.directions(); ++d) find_rates(run, d);
   load(run);
   begin_estimates(run);
@@ -267,6 +272,8 @@ SolveReport ContactSolver::solve(const parallel::Threads& threads, const Contact
       if (!run.rigid_part_is_small()) begin_estimates(run);  // they were wrong
       if (done || run.residual_checks >= most_checks || run.steps >= most) break;
     }
+    // Where a solve is slow, sweeps may be what it needs, or the reason for a cycle.
+    if (run.steps == most / 2) reduced_.set_most_swept(run.stiff ? swept : swept_if_stiff);
     keep_current(run);
     if (reduced_.directions() == reduced_.capacity() && !grow(run)) shrink(run);
     precondition(run);

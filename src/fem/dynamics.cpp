@@ -75,6 +75,17 @@ void check_step(double time_step, const Vec3& gravity) {
   }
 }
 
+/// Mean length of the edges of the tets, m; edges of several tets count several times. O(tets).
+double mean_edge(std::span<const Tet> tets, std::span<const Vec3> positions) {
+  double sum = 0.0;
+  for (const Tet& tet : tets) {
+    for (std::size_t i = 0; i < 4; ++i) {
+      for (std::size_t j = 0; j < i; ++j) sum += length(at(positions, tet[i]) - at(positions, tet[j]));
+    }
+  }
+  return tets.empty() ? 0.0 : sum / (6.0 * static_cast<double>(tets.size()));
+}
+
 double largest_component(const Vec3& a) {
   return std::max({std::abs(a.x), std::abs(a.y), std::abs(a.z)});
 }
@@ -111,6 +122,9 @@ Dynamics::Dynamics(const Bodies& bodies, const Materials& materials, std::vector
     element_stiffness_damping_[e] =
         materials.of(elements_.tet_of_element()[e], elements_.body_of_element()[e]).stiffness_damping;
   }
+  double mass = 0.0;
+  for (std::size_t i = 0; i < points; ++i) mass += free_[i] != 0 ? masses_[i] : 0.0;
+  edge_by_mass_ = mean_edge(elements_.corners(), positions_) * std::sqrt(mass);
   inversion_clocks_.resize(elements, 0.0);
   plastic_strains_next_.assign(elements_.plastic_strains().begin(), elements_.plastic_strains().end());
   end_positions_ = positions_;
@@ -249,7 +263,7 @@ void Dynamics::begin_step(double time_step, const Vec3& gravity, std::span<const
 
 Dynamics::Report Dynamics::solve(std::span<const Coupling> couplings, SolveGoal goal) {
   check_solve(goal);
-  goal.least_scale = load_scale_;
+  goal.least_scale = error_scale_;
   goal.least_residual = load_impulse_;
   goal.jacobi_iterations = jacobi_iterations_;
   couplings_.set(threads_, couplings, time_step_, free_);

@@ -107,11 +107,15 @@ void Dynamics::set_loads(const Vec3& gravity, std::span<const Vec3> external_for
                   return load == 0.0 ? 0.0 : load / diagonal_[i];
                 }));
   constexpr double negligible = 1e-6;
-  load_scale_ =
-      std::max(load_scale_,
-               negligible * std::sqrt(parallel::sum(threads_, masses_.size(), partial_, [&](std::size_t i) {
-                 return masses_[i] * squared_length(velocities_[i]);
-               })));
+  const double of_velocities =
+      negligible * std::sqrt(parallel::sum(threads_, masses_.size(), partial_, [&](std::size_t i) {
+        return masses_[i] * squared_length(velocities_[i]);
+      }));
+  // In a very long step, the loads alone would move everything far away, so they give no scale: the motion of
+  // a few edges does.
+  constexpr double few_edges = 10.0;
+  error_scale_ = std::max(std::min(load_scale_, few_edges * edge_by_mass_ / time_step_), of_velocities);
+  load_scale_ = std::max(load_scale_, of_velocities);
 }
 
 /// The right side without couplings, b = h f - (h C + h^2 K') v = h f + M v - B v, by a product with the

@@ -34,7 +34,14 @@ class ReducedStep {
   /// \param capacity  largest number of directions from now on; <= `max_directions`
   void begin(std::size_t capacity);
   /// Sets the contacts. Then set their velocities at c = 0 and their rates again. The span must stay valid.
-  void set_contacts(std::span<const ContactLaw> laws, const StepFriction& friction);
+  /// \param most_swept  up to this number of contacts, they may be solved in sweeps
+  void set_contacts(std::span<const ContactLaw> laws, const StepFriction& friction, std::size_t most_swept);
+
+  /// Changes the number of contacts up to which sweeps are used, and tries them again.
+  void set_most_swept(std::size_t most_swept) {
+    most_swept_ = most_swept;
+    sweeps_help_ = true;
+  }
 
   [[nodiscard]] std::size_t directions() const { return size_; }
   [[nodiscard]] std::size_t capacity() const { return capacity_; }
@@ -126,6 +133,7 @@ class ReducedStep {
   std::vector<double> trial_f_, trial_c_, step_, solved_;
   std::vector<double> sweep_rows_;  ///< (contacts x 3 x size) of step_sweeps()
   std::vector<Matrix3> responses_;  ///< (contacts) of step_sweeps(), m/(N s)
+  std::size_t most_swept_ = 0;
   bool sweeps_help_ = true;         ///< step_sweeps() has not failed with these contacts
   double size_of_f_ = 0.0;
 };

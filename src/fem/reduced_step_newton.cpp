@@ -11,8 +11,6 @@ constexpr std::size_t grain = 256;  // contacts
 /// Stop if |F| has fallen to this fraction of its first value.
 constexpr double reduction = 0.1;
 constexpr int most_rounds = 2;
-/// Up to so many contacts, sweeps cost little.
-constexpr std::size_t few_contacts = 64;
 /// A minimum counts as found if slopes, or |F|, have this ratio.
 constexpr double flat = 0.1;
 
@@ -195,7 +193,7 @@ bool ReducedStep::solve(const parallel::Threads& threads) {
     const double enough = reduction * size_of_f_;
     for (int round = 0; round < most_rounds && size_of_f_ > enough; ++round) {
       if (step_newton(threads)) continue;
-      if (sweeps_help_ && laws_.size() <= few_contacts && step_sweeps(threads)) continue;
+      if (sweeps_help_ && laws_.size() <= most_swept_ && step_sweeps(threads)) continue;
       const double before = size_of_f_;
       if (!step_convex(threads)) break;
       sweeps_help_ = sweeps_help_ || size_of_f_ > before;

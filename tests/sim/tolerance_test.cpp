@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "sim/examples.hpp"
+#include "support/meshes.hpp"
 
 namespace palpate::test {
 namespace {
@@ -50,6 +51,47 @@ INSTANTIATE_TEST_SUITE_P(Examples, DefaultTolerance,
                            std::ranges::replace(name, '-', '_');
                            return name;
                          });
+
+double tip_of_beam(double time_step, int steps, Preconditioner preconditioner, double tolerance,
+                   bool* converged = nullptr) {
+  Model model;
+  TetMesh mesh = box_mesh({16, 4, 4}, {}, {0.4, 0.1, 0.1});
+  for (const Vec3& p : mesh.points) model.fixed_points.push_back(p.x == 0.0 ? 1 : 0);
+  model.bodies.add("beam", std::move(mesh));
+  model.materials = {{.young_modulus = 1e5, .poisson_ratio = 0.3}};
+  SimulationSettings settings;
+  settings.time_step = time_step;
+  settings.gravity = {0, 0, -0.1};
+  settings.solver.preconditioner = preconditioner;
+  settings.solver.tolerance = tolerance;
+  Simulation simulation(std::move(model), settings, 2);
+  for (int i = 0; i < steps; ++i) {
+    const bool step_converged = simulation.step().solver_converged;
+    if (converged != nullptr) *converged = step_converged;
+  }
+  double lowest = 0.0;
+  for (const Vec3& p : simulation.positions()) lowest = std::min(lowest, p.z);
+  return lowest;
+}
+
+/// The loads alone would move the beam by up to 10^11 m in such a step; that is no scale for its error.
+TEST(DefaultTolerance, HoldsInAStepOfAnyLengthOrItIsReported) {
+  const double tolerance = SolverSettings{}.tolerance;
+  const double expected = tip_of_beam(0.5, 40, Preconditioner::multigrid, 1e-8);
+  constexpr double edge = 0.025;
+  int held = 0;
+  for (const double time_step : {1e2, 1e4, 1e6}) {
+    for (const auto preconditioner :
+         {Preconditioner::automatic, Preconditioner::multigrid, Preconditioner::jacobi}) {
+      bool converged = false;
+      const double found = tip_of_beam(time_step, 1, preconditioner, tolerance, &converged);
+      if (!converged) continue;
+      ++held;
+      EXPECT_NEAR(found, expected, 1e-3 * edge) << time_step << " s";
+    }
+  }
+  EXPECT_GE(held, 8);  // block Jacobi gives up in one
+}
 
 }  // namespace
 }  // namespace palpate::test
