@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "contact/rim_falloff.hpp"
 #include "contact/swept_sides.hpp"
 #include "geometry/triangle.hpp"
 #include "room.hpp"
@@ -13,9 +14,6 @@ namespace {
 
 /// Tolerance of a touch, relative to the mean edge length of all bodies.
 constexpr double tolerance_of_edge = 1e-6;
-/// Margin relative to the local thickness: a pair is stopped this far before the touch, and counts as passed
-/// this far beyond it.
-constexpr double margin_of_thickness = 0.02;
 /// Depth, relative to the least local thickness of the body, up to which contacts of the start of the step
 /// are separated for the search: their nearest exit is on the side from which they came.
 constexpr double most_separated = 0.25;
@@ -30,6 +28,9 @@ constexpr std::ptrdiff_t most_stops = 6;
 /// Cosine of the angle up to which a stop repeats an earlier one. The primitives may rotate from one solve to
 /// the next; then the earlier law did not fail, but acts in another direction.
 constexpr double same_direction = 0.9;
+/// Local thickness, in mean edges of the body, below which edges are kept on their side, too. In such a
+/// coarse sheet, a thin tool is in contact with few points or none.
+constexpr double thin_of_edge = 0.25;
 
 double mean_edge(const Bodies& bodies) {
   return bodies.edges().empty() ? 0.0 : mesh_statistics(bodies, bodies.points_rest()).edge_length.mean;
@@ -41,7 +42,10 @@ SweptResponse::SweptResponse(const Bodies& bodies)
     : bodies_(bodies),
       query_(bodies),
       exits_(bodies, query_.thickness()),
-      tolerance_(tolerance_of_edge * mean_edge(bodies)) {}
+      tolerance_(tolerance_of_edge * mean_edge(bodies)) {
+  for (Index b = 0; b < bodies.body_count(); ++b)
+    thin_.push_back(thin_of_edge * rim_reach(bodies, b) / reach_of_an_edge);
+}
 
 std::span<const StopOfPassing> SweptResponse::find(const parallel::Threads& threads,
                                                    const PredictedStep& step, const PairFilter& filter,
@@ -51,13 +55,14 @@ std::span<const StopOfPassing> SweptResponse::find(const parallel::Threads& thre
   nearest_.clear();
   now_.clear();
   left_ = 0;
-  if (!query_.may_pass(threads, step.start, step.end, filter, settings())) return stops_;
-  const std::span<const Vec3> from = separated(step.start);
-  const PredictedStep path{from, step.end, step.velocities, step.time_step, step.contacts};
-  exits_.set_end(step.contacts);
-  for (SweptContact contact : query_.find(threads, step.start, from, step.end, filter, settings())) {
-    contact.direction = entry_direction(contact, {bodies_, from, step.end});
-    if (contact.direction != Vec3{}) add(contact, path, step.start, response);
+  if (query_.may_pass(threads, step.start, step.end, filter, settings())) {
+    const std::span<const Vec3> from = separated(step.start);
+    const PredictedStep path{from, step.end, step.velocities, step.time_step, step.contacts};
+    exits_.set_end(step.contacts);
+    for (SweptContact contact : query_.find(threads, step.start, from, step.end, filter, settings())) {
+      contact.direction = entry_direction(contact, {bodies_, from, step.end});
+      if (contact.direction != Vec3{}) add(contact, path, step.start, response);
+    }
   }
   add_sinking(step, response, contacts);
   const auto before = static_cast<std::ptrdiff_t>(stopped_.size());
@@ -142,27 +147,8 @@ void SweptResponse::begin_step(std::span<const Vec3> positions, const ContactTab
   make_room(start_ends_, 2 * contacts.edges().size() + contacts.size() / 4);
   list_ends(positions, contacts.edges());
   list_shifts(contacts);
+  list_soft_pairs(contacts);
   exits_.begin_step(contacts);
-}
-
-void SweptResponse::list_ends(std::span<const Vec3> positions, const EdgeContacts& contacts) {
-  for (std::size_t c = 0; c < contacts.size(); ++c) {
-    if (contacts.direction[c] == Vec3{}) continue;
-    const Edge& edge = at(bodies_.edges(), contacts.edge[c]);
-    for (std::size_t end = 0; end < 2; ++end) {
-      const Triangle& t = at(bodies_.triangles(), contacts.triangles[c][end]);
-      const std::array<Vec3, 3> x = corners_of(positions, t);
-      const double s = contacts.parameters[c][end];
-      const auto w =
-          weights_in(x, area_vector(x), (1.0 - s) * at(positions, edge[0]) + s * at(positions, edge[1]));
-      StartEnd& start = start_ends_.emplace_back();
-      start.key = {SweptKind::edge_edge, contacts.edge[c],
-                   -1 - (2 * contacts.body[c] + static_cast<Index>(end))};
-      start.coupling.points = {edge[0], edge[1], t[0], t[1], t[2]};
-      start.coupling.coefficients = {1.0 - s, s, -w[0], -w[1], -w[2]};
-      start.direction = contacts.direction[c];
-    }
-  }
 }
 
 /// Shifts of points and edges in shallow contact out of the body in which they are. The search finds only
@@ -207,31 +193,6 @@ double SweptResponse::overlap_before(const SweptContact& contact, const fem::Cou
   const double distance = dot(contact.direction, fem::relative(coupling, start));
   const double shifted = dot(contact.direction, fem::relative(coupling, separated_));
   return std::clamp(-distance, 0.0, std::max(shifted - distance, 0.0));
-}
-
-/// Adds the contacts of the start of the step that would deepen in this step by more than least_motion *
-/// thickness. The sweep does not find these: their primitives overlap at the start. Edge contacts are read
-/// from the detection, since most that are shallow have no law.
-void SweptResponse::add_sinking(const PredictedStep& step, const ContactResponse& response,
-                                std::span<const fem::Coupling> contacts) {
-  for (std::size_t c = 0; c < contacts.size(); ++c) {
-    if (response.is_of_edge(c)) continue;
-    const Index body = at(bodies_.body_of_point(), contacts[c].points.back());
-    add_sinking({SweptKind::point_triangle, contacts[c].points[0], body}, contacts[c],
-                response.laws()[c].direction, false, step, response);
-  }
-  for (const StartEnd& end : start_ends_)
-    add_sinking(end.key, end.coupling, end.direction, true, step, response);
-}
-
-void SweptResponse::add_sinking(const Key& key, const fem::Coupling& coupling, const Vec3& direction,
-                                bool of_edge, const PredictedStep& step, const ContactResponse& response) {
-  const double before = dot(direction, fem::relative(coupling, step.start));
-  const double deeper = before - dot(direction, fem::relative(coupling, step.end));
-  const double thickness =
-      at(query_.thickness().of_body, at(bodies_.body_of_point(), coupling.points.back()));
-  if (!(deeper > settings().least_motion * thickness)) return;
-  add(key, {coupling, direction, before, deeper, margin_of_thickness * thickness, of_edge}, step, response);
 }
 
 /// How often a pair was stopped in this step in about this direction.

@@ -13,6 +13,7 @@
 #include "fem/contact_law.hpp"
 #include "fem/coupling.hpp"
 #include "parallel/parallel.hpp"
+#include "sim/pair_support.hpp"
 #include "sim/response.hpp"
 
 namespace palpate {
@@ -65,6 +66,10 @@ class SweptResponse {
   [[nodiscard]] const SweptCounts& counts() const { return query_.counts(); }
 
  private:
+  /// Margin relative to the local thickness: a pair is stopped this far before the touch, and counts as
+  /// passed this far beyond it.
+  static constexpr double margin_of_thickness = 0.02;
+
   /// A pair that was stopped in this step; one entry for each stop.
   struct Key {
     SweptKind kind;
@@ -76,6 +81,16 @@ class SweptResponse {
     Key key;
     Vec3 direction;
   };
+  /// A contact of the start of the step; of an edge contact, one end.
+  struct Start {
+    Key key;
+    fem::Coupling coupling;
+    Vec3 direction;
+    double depth = 0.0;    ///< m
+    bool in_thin = false;  ///< an edge, in a body that is thin there for its mesh
+  };
+  /// Where a contact of the start of the step would leave the body at its end.
+  enum class Side : std::uint8_t { none, same, other };
   /// A pair to keep apart, with direction and distances.
   struct Passing {
     const fem::Coupling& coupling;
@@ -92,13 +107,17 @@ class SweptResponse {
            const ContactResponse& response);
   void add_sinking(const PredictedStep& step, const ContactResponse& response,
                    std::span<const fem::Coupling> contacts);
-  void add_sinking(const Key& key, const fem::Coupling& coupling, const Vec3& direction, bool of_edge,
-                   const PredictedStep& step, const ContactResponse& response);
+  void add_sinking(const Start& start, Side side, bool of_edge, const PredictedStep& step,
+                   const ContactResponse& response);
+  [[nodiscard]] static Side side_of(const Vec3& direction_end, const Vec3& direction);
+  [[nodiscard]] Side side_of_edge(const Start& start, const ContactTable& end) const;
   [[nodiscard]] std::ptrdiff_t times_stopped(const Key& key, const Vec3& direction) const;
   void add(const Key& key, const Passing& passing, const PredictedStep& step,
            const ContactResponse& response);
   void list_ends(std::span<const Vec3> positions, const EdgeContacts& contacts);
   void list_shifts(const ContactTable& contacts);
+  void list_soft_pairs(const ContactTable& contacts);
+  [[nodiscard]] bool is_soft(Index point, Index body) const;
   void add_shift(Index point, const Vec3& shift);
   [[nodiscard]] std::span<const Vec3> separated(std::span<const Vec3> start);
   [[nodiscard]] double overlap_before(const SweptContact& contact, const fem::Coupling& coupling,
@@ -110,13 +129,9 @@ class SweptResponse {
   SweptQuery query_;
   ExitsBack exits_;
   double tolerance_;
-  /// An end of an edge contact of the start of the step.
-  struct StartEnd {
-    Key key;
-    fem::Coupling coupling;
-    Vec3 direction;
-  };
-  std::vector<StartEnd> start_ends_;
+  std::vector<double> thin_;              ///< (n_bodies) m, see side_of_edge()
+  std::vector<Start> start_ends_;         ///< ends of edge contacts
+  std::vector<PairOfBodies> soft_pairs_;  ///< sorted
   /// Displacement of a point that separates the bodies where they overlap little at the start of the step.
   struct Shift {
     Index point;
