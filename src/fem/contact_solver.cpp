@@ -17,10 +17,15 @@ constexpr int renewal = 16;
 /// are in double.
 constexpr int max_residual_checks = 4;
 
-/// Up to so many contacts, they may be solved in sweeps. Stiff bodies need sweeps most; softer ones converge
-/// without, and more sweeps would lead some of them into cycles.
-constexpr std::size_t swept = 16;
-constexpr std::size_t swept_if_stiff = 64;
+/// Up to how many contacts sweeps are used. Stiff bodies need them most. But sweeps may also be the reason
+/// for a cycle, so a slow solve tries the other number, and then none. \param part  third of the allowed
+/// iterations
+std::size_t most_in_sweeps(bool stiff, int part) {
+  constexpr std::size_t few = 16;
+  constexpr std::size_t many = 64;
+  if (part > 1) return 0;
+  return stiff == (part == 0) ? many : few;
+}
 
 /// Number of directions that fit into memory.
 double most_by_memory(std::size_t rows) {
@@ -116,7 +121,7 @@ void ContactSolver::start(Run& run, bool goes_on) {
 /// Sets the float vectors and the contacts from x and the true residual.
 void ContactSolver::restart(Run& run, bool keeps_directions) {
   if (!keeps_directions) reduced_.begin(reduced_.capacity());
-  reduced_.set_contacts(run.problem.laws, run.problem.friction, run.stiff ? swept_if_stiff : swept);
+  reduced_.set_contacts(run.problem.laws, run.problem.friction, run.most_in_sweeps);
   for (std::size_t d = 0; d < reduced_.directions(); ++d) find_rates(run, d);
   load(run);
   begin_estimates(run);
@@ -248,6 +253,7 @@ SolveReport ContactSolver::solve(const parallel::Threads& threads, const Contact
   resize(run);
   run.stiff = goal.fixed_iterations == 0 && problem.system->needs_exact_products(threads);
   run.exact_products = run.stiff;
+  run.most_in_sweeps = most_in_sweeps(run.stiff, 0);
   choose(run, goes_on);
   start(run, goes_on);
   restart(run, true);
@@ -272,8 +278,11 @@ SolveReport ContactSolver::solve(const parallel::Threads& threads, const Contact
       if (!run.rigid_part_is_small()) begin_estimates(run);  // they were wrong
       if (done || run.residual_checks >= most_checks || run.steps >= most) break;
     }
-    // Where a solve is slow, sweeps may be what it needs, or the reason for a cycle.
-    if (run.steps == most / 2) reduced_.set_most_swept(run.stiff ? swept : swept_if_stiff);
+    if (const std::size_t swept = most_in_sweeps(run.stiff, fixed ? 0 : 3 * run.steps / most);
+        swept != run.most_in_sweeps) {
+      run.most_in_sweeps = swept;
+      reduced_.set_most_swept(swept);
+    }
     keep_current(run);
     if (reduced_.directions() == reduced_.capacity() && !grow(run)) shrink(run);
     precondition(run);

@@ -87,6 +87,7 @@ Dynamics::Report Dynamics::solve(const ContactSet& contacts, SolveGoal goal, boo
     return linear;
   }
   goal.least_scale = error_scale_;
+  goal.load_scale = load_scale_;
   goal.least_residual = load_impulse_;
   goal.jacobi_iterations = jacobi_iterations_of_contacts_;
   goal.error_per_bound = error_per_bound_;

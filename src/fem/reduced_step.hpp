@@ -134,7 +134,7 @@ class ReducedStep {
   std::vector<double> sweep_rows_;  ///< (contacts x 3 x size) of step_sweeps()
   std::vector<Matrix3> responses_;  ///< (contacts) of step_sweeps(), m/(N s)
   std::size_t most_swept_ = 0;
-  bool sweeps_help_ = true;         ///< step_sweeps() has not failed with these contacts
+  bool sweeps_help_ = true;  ///< step_sweeps() has not failed with these contacts
   double size_of_f_ = 0.0;
 };
 

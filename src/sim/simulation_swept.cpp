@@ -14,7 +14,8 @@ PredictedStep Simulation::State::predicted() const {
           .end = dynamics.end_positions(),
           .velocities = dynamics.mean_velocities(),
           .time_step = substep.length,
-          .contacts = DetectorSteps::table(detector)};
+          .contacts = DetectorSteps::table(detector),
+          .complete = !may_miss_contacts(metrics.detection)};
 }
 
 /// Whether parts that would pass are searched for and stopped.

@@ -1,12 +1,10 @@
 #include "sim/swept_response.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "contact/rim_falloff.hpp"
 #include "contact/swept_sides.hpp"
-#include "geometry/triangle.hpp"
 #include "room.hpp"
 
 namespace palpate {
@@ -28,8 +26,8 @@ constexpr std::ptrdiff_t most_stops = 6;
 /// Cosine of the angle up to which a stop repeats an earlier one. The primitives may rotate from one solve to
 /// the next; then the earlier law did not fail, but acts in another direction.
 constexpr double same_direction = 0.9;
-/// Local thickness, in mean edges of the body, below which edges are kept on their side, too. In such a
-/// coarse sheet, a thin tool is in contact with few points or none.
+/// Local thickness, in mean edges of the body, below which the body is thin for its mesh: a thin tool is in
+/// contact with few of its points, or none.
 constexpr double thin_of_edge = 0.25;
 
 double mean_edge(const Bodies& bodies) {
@@ -57,7 +55,7 @@ std::span<const StopOfPassing> SweptResponse::find(const parallel::Threads& thre
   left_ = 0;
   if (query_.may_pass(threads, step.start, step.end, filter, settings())) {
     const std::span<const Vec3> from = separated(step.start);
-    const PredictedStep path{from, step.end, step.velocities, step.time_step, step.contacts};
+    const PredictedStep path{from, step.end, step.velocities, step.time_step, step.contacts, step.complete};
     exits_.set_end(step.contacts);
     for (SweptContact contact : query_.find(threads, step.start, from, step.end, filter, settings())) {
       contact.direction = entry_direction(contact, {bodies_, from, step.end});

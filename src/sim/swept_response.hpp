@@ -25,9 +25,11 @@ struct PredictedStep {
   std::span<const Vec3> velocities;  ///< (n_points x 3), m/s; not (end - start) / time_step if a body rotates
   double time_step = 0.0;            ///< s
   const ContactTable& contacts;      ///< at `end`
+  bool complete = true;              ///< no contact at `end` may be missing
 };
 
-/// Stops points and edges that would pass through another body within a step and end on the wrong side.
+/// Stops points and edges that would pass through another body within a step and end on the wrong side, and
+/// contacts of the start of the step that would leave the body on the other side.
 ///
 /// The paths begin where the bodies do not overlap: points and edges in shallow contact are displaced out of
 /// the body for the search.
@@ -48,7 +50,7 @@ class SweptResponse {
   void begin_step(std::span<const Vec3> positions, const ContactTable& contacts);
 
   /// Laws and couplings for the pairs that pass; empty if nothing ends on a wrong side. Valid until the next
-  /// call. Time: SweptQuery::find(), and O(found log found).
+  /// call. Time: SweptQuery::find(), and O(found log found + contacts + edge contacts log(edge contacts)).
   /// \param contacts  of the start of the step; their laws are the first ones of the response
   std::span<const StopOfPassing> find(const parallel::Threads& threads, const PredictedStep& step,
                                       const PairFilter& filter, const ContactResponse& response,
@@ -89,8 +91,8 @@ class SweptResponse {
     double depth = 0.0;    ///< m
     bool in_thin = false;  ///< an edge, in a body that is thin there for its mesh
   };
-  /// Where a contact of the start of the step would leave the body at its end.
-  enum class Side : std::uint8_t { none, same, other };
+  /// Where a contact of the start of the step would leave the body at its end; ended: it is no contact then.
+  enum class Side : std::uint8_t { ended, same, other };
   /// A pair to keep apart, with direction and distances.
   struct Passing {
     const fem::Coupling& coupling;
@@ -109,8 +111,8 @@ class SweptResponse {
                    std::span<const fem::Coupling> contacts);
   void add_sinking(const Start& start, Side side, bool of_edge, const PredictedStep& step,
                    const ContactResponse& response);
-  [[nodiscard]] static Side side_of(const Vec3& direction_end, const Vec3& direction);
-  [[nodiscard]] Side side_of_edge(const Start& start, const ContactTable& end) const;
+  [[nodiscard]] Side side_of_point(const Start& start, const PredictedStep& step) const;
+  [[nodiscard]] Side side_of_edge(const Start& start, const PredictedStep& step) const;
   [[nodiscard]] std::ptrdiff_t times_stopped(const Key& key, const Vec3& direction) const;
   void add(const Key& key, const Passing& passing, const PredictedStep& step,
            const ContactResponse& response);
@@ -129,7 +131,8 @@ class SweptResponse {
   SweptQuery query_;
   ExitsBack exits_;
   double tolerance_;
-  std::vector<double> thin_;              ///< (n_bodies) m, see side_of_edge()
+  /// (n_bodies) thickness below which a body is thin for its mesh, m
+  std::vector<double> thin_;
   std::vector<Start> start_ends_;         ///< ends of edge contacts
   std::vector<PairOfBodies> soft_pairs_;  ///< sorted
   /// Displacement of a point that separates the bodies where they overlap little at the start of the step.

@@ -1,6 +1,7 @@
 // Contacts of the start of a step that would deepen within it, or leave on the other side, for SweptResponse.
 #include <algorithm>
 #include <array>
+#include <span>
 
 #include "geometry/triangle.hpp"
 #include "room.hpp"
@@ -12,6 +13,34 @@ namespace {
 /// Cosine of the angle between the directions at the start and the end of the step below which a contact
 /// leaves on the other side. Over a rim, the direction turns by a right angle.
 constexpr double other_side = -0.5;
+
+using Vectors = std::array<Vec3, 3>;
+
+/// Three edges of the tet of a coupling.
+Vectors edges_of_tet(std::span<const Vec3> positions, const std::array<Index, 5>& points) {
+  const Vec3& first = at(positions, points[1]);
+  return {at(positions, points[2]) - first, at(positions, points[3]) - first,
+          at(positions, points[4]) - first};
+}
+
+/// Two edges of the triangle of a coupling, and its unit normal.
+Vectors edges_and_normal(std::span<const Vec3> positions, const std::array<Index, 5>& points) {
+  const Vec3& first = at(positions, points[2]);
+  const Vec3 a = at(positions, points[3]) - first;
+  const Vec3 b = at(positions, points[4]) - first;
+  return {a, b, normalized(cross(a, b))};
+}
+
+/// The direction at the end of a step, if it moves with a tet or triangle as a normal does: its products with
+/// the vectors stay. Unchanged where these do not span the space.
+Vec3 carried(const Vec3& direction, const Vectors& start, const Vectors& end) {
+  const double volume = dot(cross(end[0], end[1]), end[2]);
+  const Vec3 moved = dot(direction, start[0]) * cross(end[1], end[2]) +
+                     dot(direction, start[1]) * cross(end[2], end[0]) +
+                     dot(direction, start[2]) * cross(end[0], end[1]);
+  const double size = length(moved);
+  return size > 0.0 && volume != 0.0 ? ((volume > 0.0 ? 1.0 : -1.0) / size) * moved : direction;
+}
 
 }  // namespace
 
@@ -60,43 +89,52 @@ bool SweptResponse::is_soft(Index point, Index body) const {
 /// start. Edge contacts are read from the detection, since most that are shallow have no law.
 void SweptResponse::add_sinking(const PredictedStep& step, const ContactResponse& response,
                                 std::span<const fem::Coupling> contacts) {
-  const ContactTable& end = step.contacts;
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     if (response.is_of_edge(c)) continue;
-    const Index point = contacts[c].points[0];
     const Index body = at(bodies_.body_of_point(), contacts[c].points.back());
     const fem::ContactLaw& law = response.laws()[c];
-    const Index row = end.find(point, body);
-    const Side side = row < 0 ? Side::none : side_of(at(end.contacts().direction, row), law.direction);
-    add_sinking({{SweptKind::point_triangle, point, body}, contacts[c], law.direction, law.depth}, side,
-                false, step, response);
+    const Start start{
+        {SweptKind::point_triangle, contacts[c].points[0], body}, contacts[c], law.direction, law.depth};
+    add_sinking(start, side_of_point(start, step), false, step, response);
   }
-  for (const Start& one : start_ends_) add_sinking(one, side_of_edge(one, end), true, step, response);
+  for (const Start& start : start_ends_) add_sinking(start, side_of_edge(start, step), true, step, response);
 }
 
-SweptResponse::Side SweptResponse::side_of(const Vec3& direction_end, const Vec3& direction) {
-  return dot(direction_end, direction) < other_side ? Side::other : Side::same;
+SweptResponse::Side SweptResponse::side_of_point(const Start& start, const PredictedStep& step) const {
+  const auto& points = start.coupling.points;
+  const Index body = start.key.second;
+  const Index row = step.contacts.find(points[0], body);
+  if (row >= 0) {
+    const Vec3 direction =
+        carried(start.direction, edges_of_tet(step.start, points), edges_of_tet(step.end, points));
+    return dot(at(step.contacts.contacts().direction, row), direction) < other_side ? Side::other
+                                                                                    : Side::same;
+  }
+  // A contact with a thick body ends over a rim. Or it was not found.
+  return at(query_.thickness().of_body, body) < at(thin_, body) && step.complete ? Side::ended : Side::same;
 }
 
 /// Where an edge has several contacts with the body at the end of the step, the side is the other one only if
 /// it is so for all. An edge without contact is on the same side: perhaps one of its points is in contact
 /// now. So is an edge in a body that is not thin: there the exit of a deep edge may jump although nothing
 /// leads through. O(log(edge contacts)).
-SweptResponse::Side SweptResponse::side_of_edge(const Start& start, const ContactTable& end) const {
+SweptResponse::Side SweptResponse::side_of_edge(const Start& start, const PredictedStep& step) const {
   if (!start.in_thin) return Side::same;
-  const EdgeContacts& edges = end.edges();
-  const Index body = at(bodies_.body_of_point(), start.coupling.points.back());
+  const auto& points = start.coupling.points;
+  const EdgeContacts& edges = step.contacts.edges();
+  const Index body = at(bodies_.body_of_point(), points.back());
+  const Vec3 direction =
+      carried(start.direction, edges_and_normal(step.start, points), edges_and_normal(step.end, points));
   const auto [first, last] = std::ranges::equal_range(edges.edge, start.key.first);
   Side side = Side::same;
   for (auto row = first - edges.edge.begin(); row < last - edges.edge.begin(); ++row) {
     if (at(edges.body, row) != body) continue;
-    side = side_of(at(edges.direction, row), start.direction);
-    if (side == Side::same) break;
+    if (!(dot(at(edges.direction, row), direction) < other_side)) return Side::same;
+    side = Side::other;
   }
   return side;
 }
 
-/// \param side  of the contact at the end of the step; none: there is no contact
 void SweptResponse::add_sinking(const Start& start, Side side, bool of_edge, const PredictedStep& step,
                                 const ContactResponse& response) {
   const Index body = at(bodies_.body_of_point(), start.coupling.points.back());
@@ -106,10 +144,11 @@ void SweptResponse::add_sinking(const Start& start, Side side, bool of_edge, con
   const double deeper = before - dot(start.direction, fem::relative(start.coupling, step.end));
   const bool sinks = deeper > settings().least_motion * thickness;
   // A shallow exit may change its direction by rounding alone.
-  const bool leaves =
-      start.depth > margin && (side == Side::other || (side == Side::none && deeper > margin));
-  if (!sinks && !(leaves && !is_soft(start.coupling.points[0], body))) return;
-  const double back = sinks ? 0.0 : margin;
+  const bool leaves = start.depth > margin && !is_soft(start.coupling.points[0], body) &&
+                      (side == Side::other || (side == Side::ended && deeper > margin));
+  if (!sinks && !leaves) return;
+  // Kept at its depth, a contact in the middle of a sheet would leave again in the next step.
+  const double back = leaves ? margin : 0.0;
   add(start.key,
       {start.coupling, start.direction, before + back, std::max(deeper, 0.0) + back, margin, of_edge}, step,
       response);

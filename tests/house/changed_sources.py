@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Prints the sources that clang-tidy must read again, as regular expressions, one a line: those that changed in the last
-commits or in the working tree, and those that include something that did. All of them if git does not know that many
-commits.
+"""Prints the sources that clang-tidy must read again, as regular expressions, one a line: those that changed in the
+last commits or in the working tree, and those that include something that did. Nothing if there are none. All of them
+if git does not know that many commits, or if .clang-tidy changed.
 
     changed_sources.py ROOT BUILD PATTERN
 
@@ -44,7 +44,8 @@ def main(root, build, pattern):
         read = dependencies(build)
         sources = {file: output for file, output in sources.items()
                    if output not in read or file in changed or read[output] & changed}
-    print("\n".join(f"^{re.escape(file)}$" for file in sorted(sources)))
+    for file in sorted(sources):
+        print(f"^{re.escape(file)}$")
 
 
 if __name__ == "__main__":

@@ -1,10 +1,16 @@
-// Thin tools that are pressed slowly into thin sheets do not go through. Their motion in a step is below the
-// quarter of the thickness from which passes within a step are searched for. Oracle: the inner parts of tool
-// and sheet do not cross.
+// Thin tools that are pressed slowly into thin sheets do not go through, or it is counted. Their motion in a
+// step is a quarter of the thickness or less (rarely up to 29 %), so there is no search for passes within a
+// step. Oracle: the inner parts of tool and sheet do not cross.
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <gtest/gtest.h>
+#include <numeric>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "scene/generators.hpp"
 #include "sim/shots.hpp"
@@ -20,9 +26,9 @@ struct Press {
   std::string name;
 };
 
-/// A bar that a motion presses into the middle of a sheet whose border is fixed, by a tenth to four tenths of
-/// the sheet's half width. Thickness, cells, stiffness, friction, time step, and the place and direction of
-/// the bar are random.
+/// A bar that a motion presses into the middle of a sheet whose border is fixed, by 10 to 70 % of half the
+/// width of the sheet. Thickness, cells, stiffness, friction, time step, and the place and direction of the
+/// bar are random.
 Press random_press(std::uint64_t seed) {
   Random random(seed);
   Press press;
@@ -112,9 +118,9 @@ struct Presses {
   int unseen = 0;  ///< of those that went through, without a pass that was counted
 };
 
-Presses press_all(std::uint64_t first, int count) {
+Presses press_all(std::span<const std::uint64_t> seeds) {
   Presses presses;
-  for (std::uint64_t seed = first; seed < first + static_cast<std::uint64_t>(count); ++seed) {
+  for (const std::uint64_t seed : seeds) {
     const Press press = random_press(seed);
     const PressResult result = result_of(press);
     if (result.through_step == 0) continue;
@@ -124,21 +130,28 @@ Presses press_all(std::uint64_t first, int count) {
     std::printf("through in step %d, %lld passes, %d inverted tets: %s\n", result.through_step,
                 static_cast<long long>(result.passes), result.inverted_tets, press.name.c_str());
   }
-  std::printf("%d of %d went through: %d without inverted tets, %d without a pass that was counted\n",
-              presses.through, count, presses.intact, presses.unseen);
+  std::printf("%d of %zu went through: %d without inverted tets, %d without a pass that was counted\n",
+              presses.through, seeds.size(), presses.intact, presses.unseen);
   return presses;
 }
 
+/// Before contacts were kept on their side, the tool went through in all of these, and it was not counted, or
+/// no tet was inverted.
 TEST(SweptPresses, ASlowThinToolGoesThroughNoIntactSheetAndIsCounted) {
-  const Presses presses = press_all(0, 60);
+  constexpr auto seeds = std::to_array<std::uint64_t>(
+      {16, 47, 1008, 1026, 1174, 1267, 1284, 1301, 1317, 1325, 1631, 1699, 1796, 1964, 1980, 1985});
+  const Presses presses = press_all(seeds);
+  EXPECT_LE(presses.through, 8);
   EXPECT_EQ(presses.intact, 0);
   EXPECT_EQ(presses.unseen, 0);
 }
 
 TEST(SweptPresses, DISABLED_OfThousandSlowToolsFewGoThroughAndNoneThroughAnIntactSheet) {
-  const Presses presses = press_all(1000, 1000);
-  EXPECT_EQ(presses.intact, 0);
+  std::vector<std::uint64_t> seeds(1000);
+  std::iota(seeds.begin(), seeds.end(), std::uint64_t{1000});
+  const Presses presses = press_all(seeds);
   EXPECT_LE(presses.through, 20);
+  EXPECT_EQ(presses.intact, 0);
   EXPECT_LE(presses.unseen, 2);
 }
 
