@@ -18,13 +18,14 @@ constexpr int renewal = 16;
 constexpr int max_residual_checks = 4;
 
 /// Up to how many contacts sweeps are used. Stiff bodies need them most. But sweeps may also be the reason
-/// for a cycle, so a slow solve tries the other number, and then none. \param part  third of the allowed
-/// iterations
+/// for a cycle, so a slow solve tries the other number, and then, if its bodies are softer, none.
+/// \param part  third of the allowed iterations
 std::size_t most_in_sweeps(bool stiff, int part) {
   constexpr std::size_t few = 16;
   constexpr std::size_t many = 64;
-  if (part > 1) return 0;
-  return stiff == (part == 0) ? many : few;
+  if (part == 1) return stiff ? few : many;
+  if (stiff) return many;
+  return part == 0 ? few : 0;
 }
 
 /// Number of directions that fit into memory.

@@ -1,6 +1,5 @@
 // The default tolerance of the solver is small enough: runs end where runs of a far smaller tolerance do.
 #include <algorithm>
-#include <cmath>
 #include <gtest/gtest.h>
 #include <string>
 #include <vector>
@@ -79,6 +78,7 @@ double tip_of_beam(double time_step, int steps, Preconditioner preconditioner, d
 TEST(DefaultTolerance, HoldsInAStepOfAnyLengthOrItIsReported) {
   const double tolerance = SolverSettings{}.tolerance;
   const double expected = tip_of_beam(0.5, 40, Preconditioner::multigrid, 1e-8);
+  constexpr double edge = 0.025;
   int held = 0;
   for (const double time_step : {1e2, 1e4, 1e6}) {
     for (const auto preconditioner :
@@ -87,7 +87,7 @@ TEST(DefaultTolerance, HoldsInAStepOfAnyLengthOrItIsReported) {
       const double found = tip_of_beam(time_step, 1, preconditioner, tolerance, &converged);
       if (!converged) continue;
       ++held;
-      EXPECT_NEAR(found, expected, 1e-4 * std::abs(expected)) << time_step << " s";
+      EXPECT_NEAR(found, expected, 1e-3 * edge) << time_step << " s";
     }
   }
   EXPECT_GE(held, 8);  // block Jacobi gives up in one
