@@ -45,13 +45,13 @@ double thickness_behind(const Bodies& bodies, Index triangle, double most) {
 LocalThickness::LocalThickness(const Bodies& bodies, const Clusters& surface)
     : of_triangle(bodies.triangles().size()),
       of_cluster(surface.clusters.size(), std::numeric_limits<double>::infinity()),
+      mean_edge(bodies.bodies().size()),
       of_body(bodies.bodies().size(), std::numeric_limits<double>::infinity()) {
-  std::vector<double> edge(bodies.bodies().size());
-  for (Index b = 0; b < bodies.body_count(); ++b) at(edge, b) = rim_reach(bodies, b) / reach_of_an_edge;
+  for (Index b = 0; b < bodies.body_count(); ++b) at(mean_edge, b) = rim_reach(bodies, b) / reach_of_an_edge;
   for (std::size_t c = 0; c < surface.clusters.size(); ++c) {
     const Cluster& cluster = surface.clusters[c];
     for (const Index triangle : surface.primitives_of(cluster)) {
-      const double here = thickness_behind(bodies, triangle, at(edge, cluster.body));
+      const double here = thickness_behind(bodies, triangle, at(mean_edge, cluster.body));
       at(of_triangle, triangle) = here;
       of_cluster[c] = std::min(of_cluster[c], here);
     }

@@ -22,6 +22,7 @@ struct LocalThickness {
 
   std::vector<double> of_triangle;  ///< (n_triangles) m
   std::vector<double> of_cluster;   ///< (n_clusters) minimum of its triangles, m
+  std::vector<double> mean_edge;    ///< (n_bodies) mean edge length, m
   std::vector<double> of_body;      ///< (n_bodies) minimum of its triangles, m; infinite without a surface
 };
 

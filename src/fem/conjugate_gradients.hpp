@@ -34,7 +34,8 @@ struct SolveGoal {
   /// Lower bounds of the two norms that the tolerance is relative to.
   double least_scale = 0.0;     ///< of the solution
   double least_residual = 0.0;  ///< of the right side
-  double load_scale = 0.0;      ///< norm of the solution for loads alone
+  /// Norm of the solution for loads alone: a failed solve of stiff bodies may not be larger.
+  double load_scale = 0.0;
 
   /// Whether the rigid part of the error is small. Contacts make its bound larger than the error.
   /// \param change  LinearSystem::rigid_change() of the residual

@@ -117,7 +117,7 @@ bool ContactSolver::gains_speed(const Run& run) {
                  : masses[i] * squared_length(with_x ? base + unpadded(run.x[i]) : base);
     }));
   };
-  return size(true) > size(false) + std::max(run.goal.least_scale, run.goal.load_scale);
+  return size(true) > size(false) + run.goal.load_scale;
 }
 
 }  // namespace palpate::fem

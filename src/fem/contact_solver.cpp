@@ -122,7 +122,7 @@ void ContactSolver::start(Run& run, bool goes_on) {
 /// Sets the float vectors and the contacts from x and the true residual.
 void ContactSolver::restart(Run& run, bool keeps_directions) {
   if (!keeps_directions) reduced_.begin(reduced_.capacity());
-  reduced_.set_contacts(run.problem.laws, run.problem.friction, run.most_in_sweeps);
+  reduced_.set_contacts(run.problem.laws, run.problem.friction);
   for (std::size_t d = 0; d < reduced_.directions(); ++d) find_rates(run, d);
   load(run);
   begin_estimates(run);
@@ -254,7 +254,7 @@ SolveReport ContactSolver::solve(const parallel::Threads& threads, const Contact
   resize(run);
   run.stiff = goal.fixed_iterations == 0 && problem.system->needs_exact_products(threads);
   run.exact_products = run.stiff;
-  run.most_in_sweeps = most_in_sweeps(run.stiff, 0);
+  reduced_.set_most_swept(most_in_sweeps(run.stiff, 0));
   choose(run, goes_on);
   start(run, goes_on);
   restart(run, true);
@@ -279,11 +279,7 @@ SolveReport ContactSolver::solve(const parallel::Threads& threads, const Contact
       if (!run.rigid_part_is_small()) begin_estimates(run);  // they were wrong
       if (done || run.residual_checks >= most_checks || run.steps >= most) break;
     }
-    if (const std::size_t swept = most_in_sweeps(run.stiff, fixed ? 0 : 3 * run.steps / most);
-        swept != run.most_in_sweeps) {
-      run.most_in_sweeps = swept;
-      reduced_.set_most_swept(swept);
-    }
+    if (!fixed) reduced_.set_most_swept(most_in_sweeps(run.stiff, 3 * run.steps / most));
     keep_current(run);
     if (reduced_.directions() == reduced_.capacity() && !grow(run)) shrink(run);
     precondition(run);

@@ -26,16 +26,15 @@ struct ContactSolver::Run {
   double guess_by_mass = 0.0;                       ///< x^T M x at c = 0
   double squares = 0.0;                             ///< |residual|^2, scaled
   double by_mass = 0.0;                             ///< squared size of the float residual, weighted by 1 / m
-  double decrease = 0.0;           ///< z^T r of the last direction: decrease of the energy for a unit of c
-  double size = 0.0;               ///< mass norm of x
-  int residual_checks = 0;         ///< number of checks of the true residual
-  double past_residual = 0.0;      ///< true size of the residual at step `past`, N s
-  int inner = 1;                   ///< largest number of iterations that make a direction
-  int steps = 0;                   ///< steps in the span
-  int past = 0;                    ///< number of steps at the last check of the number of directions
-  int renew_at = 0;                ///< iteration at which the preconditioner is renewed
-  std::size_t most_in_sweeps = 0;  ///< number of contacts up to which they may be solved in sweeps
-  bool broken = false;             ///< the last direction was linearly dependent
+  double decrease = 0.0;       ///< z^T r of the last direction: decrease of the energy for a unit of c
+  double size = 0.0;           ///< mass norm of x
+  int residual_checks = 0;     ///< number of checks of the true residual
+  double past_residual = 0.0;  ///< true size of the residual at step `past`, N s
+  int inner = 1;               ///< largest number of iterations that make a direction
+  int steps = 0;               ///< steps in the span
+  int past = 0;                ///< number of steps at the last check of the number of directions
+  int renew_at = 0;            ///< iteration at which the preconditioner is renewed
+  bool broken = false;         ///< the last direction was linearly dependent
   bool exact_products = false;
   bool stiff = false;         ///< LinearSystem::needs_exact_products()
   double rigid_change = 0.0;  ///< LinearSystem::rigid_change() of the true residual, if stiff

@@ -264,7 +264,6 @@ void Dynamics::begin_step(double time_step, const Vec3& gravity, std::span<const
 Dynamics::Report Dynamics::solve(std::span<const Coupling> couplings, SolveGoal goal) {
   check_solve(goal);
   goal.least_scale = error_scale_;
-  goal.load_scale = load_scale_;
   goal.least_residual = load_impulse_;
   goal.jacobi_iterations = jacobi_iterations_;
   couplings_.set(threads_, couplings, time_step_, free_);

@@ -57,11 +57,9 @@ void ReducedStep::increase_capacity(std::size_t capacity) {
   clear_stiffness();
 }
 
-void ReducedStep::set_contacts(std::span<const ContactLaw> laws, const StepFriction& friction,
-                               std::size_t most_swept) {
+void ReducedStep::set_contacts(std::span<const ContactLaw> laws, const StepFriction& friction) {
   laws_ = laws;
   friction_ = friction;
-  most_swept_ = most_swept;
   sweeps_help_ = true;
   constexpr std::size_t lanes = simd::law_lanes;
   const std::size_t whole_groups = (laws.size() + lanes - 1) / lanes * lanes;

@@ -34,13 +34,12 @@ class ReducedStep {
   /// \param capacity  largest number of directions from now on; <= `max_directions`
   void begin(std::size_t capacity);
   /// Sets the contacts. Then set their velocities at c = 0 and their rates again. The span must stay valid.
-  /// \param most_swept  up to this number of contacts, they may be solved in sweeps
-  void set_contacts(std::span<const ContactLaw> laws, const StepFriction& friction, std::size_t most_swept);
-
-  /// Changes the number of contacts up to which sweeps are used, and tries them again.
+  void set_contacts(std::span<const ContactLaw> laws, const StepFriction& friction);
+  /// Sets the number of contacts up to which they may be solved in sweeps; zero at first. Another number than
+  /// before tries sweeps again. O(1).
   void set_most_swept(std::size_t most_swept) {
+    sweeps_help_ = sweeps_help_ || most_swept != most_swept_;
     most_swept_ = most_swept;
-    sweeps_help_ = true;
   }
 
   [[nodiscard]] std::size_t directions() const { return size_; }
@@ -133,8 +132,8 @@ class ReducedStep {
   std::vector<double> trial_f_, trial_c_, step_, solved_;
   std::vector<double> sweep_rows_;  ///< (contacts x 3 x size) of step_sweeps()
   std::vector<Matrix3> responses_;  ///< (contacts) of step_sweeps(), m/(N s)
-  std::size_t most_swept_ = 0;
-  bool sweeps_help_ = true;  ///< step_sweeps() has not failed with these contacts
+  std::size_t most_swept_ = 0;      ///< number of contacts up to which step_sweeps() is used
+  bool sweeps_help_ = true;         ///< step_sweeps() has not failed with these contacts
   double size_of_f_ = 0.0;
 };
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "contact/rim_falloff.hpp"
 #include "contact/swept_sides.hpp"
 #include "room.hpp"
 
@@ -26,9 +25,6 @@ constexpr std::ptrdiff_t most_stops = 6;
 /// Cosine of the angle up to which a stop repeats an earlier one. The primitives may rotate from one solve to
 /// the next; then the earlier law did not fail, but acts in another direction.
 constexpr double same_direction = 0.9;
-/// Local thickness, in mean edges of the body, below which the body is thin for its mesh: a thin tool is in
-/// contact with few of its points, or none.
-constexpr double thin_of_edge = 0.25;
 
 double mean_edge(const Bodies& bodies) {
   return bodies.edges().empty() ? 0.0 : mesh_statistics(bodies, bodies.points_rest()).edge_length.mean;
@@ -40,10 +36,7 @@ SweptResponse::SweptResponse(const Bodies& bodies)
     : bodies_(bodies),
       query_(bodies),
       exits_(bodies, query_.thickness()),
-      tolerance_(tolerance_of_edge * mean_edge(bodies)) {
-  for (Index b = 0; b < bodies.body_count(); ++b)
-    thin_.push_back(thin_of_edge * rim_reach(bodies, b) / reach_of_an_edge);
-}
+      tolerance_(tolerance_of_edge * mean_edge(bodies)) {}
 
 std::span<const StopOfPassing> SweptResponse::find(const parallel::Threads& threads,
                                                    const PredictedStep& step, const PairFilter& filter,

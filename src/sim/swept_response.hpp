@@ -83,16 +83,15 @@ class SweptResponse {
     Key key;
     Vec3 direction;
   };
-  /// A contact of the start of the step; of an edge contact, one end.
+  /// A contact of the start of the step, or one end of an edge contact.
   struct Start {
     Key key;
-    fem::Coupling coupling;
-    Vec3 direction;
-    double depth = 0.0;    ///< m
-    bool in_thin = false;  ///< an edge, in a body that is thin there for its mesh
+    const fem::Coupling& coupling;
+    const Vec3& direction;
+    double depth;  ///< m
+    bool of_edge;
+    bool in_thin;  ///< the body is thin there for its mesh
   };
-  /// Where a contact of the start of the step would leave the body at its end; ended: it is no contact then.
-  enum class Side : std::uint8_t { ended, same, other };
   /// A pair to keep apart, with direction and distances.
   struct Passing {
     const fem::Coupling& coupling;
@@ -109,10 +108,11 @@ class SweptResponse {
            const ContactResponse& response);
   void add_sinking(const PredictedStep& step, const ContactResponse& response,
                    std::span<const fem::Coupling> contacts);
-  void add_sinking(const Start& start, Side side, bool of_edge, const PredictedStep& step,
-                   const ContactResponse& response);
-  [[nodiscard]] Side side_of_point(const Start& start, const PredictedStep& step) const;
-  [[nodiscard]] Side side_of_edge(const Start& start, const PredictedStep& step) const;
+  void add_sinking(const Start& start, const PredictedStep& step, const ContactResponse& response);
+  [[nodiscard]] bool is_thin(double thickness, Index body) const;
+  [[nodiscard]] static bool point_turns(const Start& start, Index row, const PredictedStep& step);
+  [[nodiscard]] static bool edge_turns(const Start& start, Index body, const PredictedStep& step);
+  [[nodiscard]] bool leaves(const Start& start, Index body, bool deeper, const PredictedStep& step) const;
   [[nodiscard]] std::ptrdiff_t times_stopped(const Key& key, const Vec3& direction) const;
   void add(const Key& key, const Passing& passing, const PredictedStep& step,
            const ContactResponse& response);
@@ -131,10 +131,16 @@ class SweptResponse {
   SweptQuery query_;
   ExitsBack exits_;
   double tolerance_;
-  /// (n_bodies) thickness below which a body is thin for its mesh, m
-  std::vector<double> thin_;
-  std::vector<Start> start_ends_;         ///< ends of edge contacts
-  std::vector<PairOfBodies> soft_pairs_;  ///< sorted
+  /// An end of an edge contact of the start of the step.
+  struct StartEnd {
+    Key key;
+    fem::Coupling coupling;
+    Vec3 direction;
+    double depth = 0.0;  ///< m
+    bool in_thin = false;
+  };
+  std::vector<StartEnd> start_ends_;
+  std::vector<PairOfBodies> soft_pairs_;  ///< whose contacts began deep and act softly, sorted
   /// Displacement of a point that separates the bodies where they overlap little at the start of the step.
   struct Shift {
     Index point;

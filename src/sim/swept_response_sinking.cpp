@@ -13,6 +13,9 @@ namespace {
 /// Cosine of the angle between the directions at the start and the end of the step below which a contact
 /// leaves on the other side. Over a rim, the direction turns by a right angle.
 constexpr double other_side = -0.5;
+/// Local thickness, in mean edges of the body, below which the body is thin for its mesh: a thin tool is in
+/// contact with few of its points, or none.
+constexpr double thin_of_edge = 0.25;
 
 using Vectors = std::array<Vec3, 3>;
 
@@ -54,7 +57,7 @@ void SweptResponse::list_ends(std::span<const Vec3> positions, const EdgeContact
       const double s = contacts.parameters[c][end];
       const auto w =
           weights_in(x, area_vector(x), (1.0 - s) * at(positions, edge[0]) + s * at(positions, edge[1]));
-      Start& start = start_ends_.emplace_back();
+      StartEnd& start = start_ends_.emplace_back();
       start.key = {SweptKind::edge_edge, contacts.edge[c],
                    -1 - (2 * contacts.body[c] + static_cast<Index>(end))};
       start.coupling.points = {edge[0], edge[1], t[0], t[1], t[2]};
@@ -62,7 +65,7 @@ void SweptResponse::list_ends(std::span<const Vec3> positions, const EdgeContact
       start.direction = contacts.direction[c];
       start.depth = contacts.depth[c];
       start.in_thin =
-          at(query_.thickness().of_triangle, contacts.triangles[c][end]) < at(thin_, contacts.body[c]);
+          is_thin(at(query_.thickness().of_triangle, contacts.triangles[c][end]), contacts.body[c]);
     }
   }
 }
@@ -93,49 +96,59 @@ void SweptResponse::add_sinking(const PredictedStep& step, const ContactResponse
     if (response.is_of_edge(c)) continue;
     const Index body = at(bodies_.body_of_point(), contacts[c].points.back());
     const fem::ContactLaw& law = response.laws()[c];
-    const Start start{
-        {SweptKind::point_triangle, contacts[c].points[0], body}, contacts[c], law.direction, law.depth};
-    add_sinking(start, side_of_point(start, step), false, step, response);
+    add_sinking({{SweptKind::point_triangle, contacts[c].points[0], body},
+                 contacts[c],
+                 law.direction,
+                 law.depth,
+                 false,
+                 is_thin(at(query_.thickness().of_body, body), body)},
+                step, response);
   }
-  for (const Start& start : start_ends_) add_sinking(start, side_of_edge(start, step), true, step, response);
+  for (const StartEnd& end : start_ends_)
+    add_sinking({end.key, end.coupling, end.direction, end.depth, true, end.in_thin}, step, response);
 }
 
-SweptResponse::Side SweptResponse::side_of_point(const Start& start, const PredictedStep& step) const {
+bool SweptResponse::is_thin(double thickness, Index body) const {
+  return thickness < thin_of_edge * at(query_.thickness().mean_edge, body);
+}
+
+/// \param row  of the contact at the end of the step
+bool SweptResponse::point_turns(const Start& start, Index row, const PredictedStep& step) {
   const auto& points = start.coupling.points;
-  const Index body = start.key.second;
-  const Index row = step.contacts.find(points[0], body);
-  if (row >= 0) {
-    const Vec3 direction =
-        carried(start.direction, edges_of_tet(step.start, points), edges_of_tet(step.end, points));
-    return dot(at(step.contacts.contacts().direction, row), direction) < other_side ? Side::other
-                                                                                    : Side::same;
-  }
-  // A contact with a thick body ends over a rim. Or it was not found.
-  return at(query_.thickness().of_body, body) < at(thin_, body) && step.complete ? Side::ended : Side::same;
+  const Vec3 direction =
+      carried(start.direction, edges_of_tet(step.start, points), edges_of_tet(step.end, points));
+  return dot(at(step.contacts.contacts().direction, row), direction) < other_side;
 }
 
-/// Where an edge has several contacts with the body at the end of the step, the side is the other one only if
-/// it is so for all. An edge without contact is on the same side: perhaps one of its points is in contact
-/// now. So is an edge in a body that is not thin: there the exit of a deep edge may jump although nothing
-/// leads through. O(log(edge contacts)).
-SweptResponse::Side SweptResponse::side_of_edge(const Start& start, const PredictedStep& step) const {
-  if (!start.in_thin) return Side::same;
+/// Where an edge has several contacts with the body at the end of the step, all must turn. An edge without
+/// contact does not turn: perhaps one of its points is in contact now. O(log(edge contacts)).
+bool SweptResponse::edge_turns(const Start& start, Index body, const PredictedStep& step) {
   const auto& points = start.coupling.points;
   const EdgeContacts& edges = step.contacts.edges();
-  const Index body = at(bodies_.body_of_point(), points.back());
   const Vec3 direction =
       carried(start.direction, edges_and_normal(step.start, points), edges_and_normal(step.end, points));
   const auto [first, last] = std::ranges::equal_range(edges.edge, start.key.first);
-  Side side = Side::same;
+  bool turns = false;
   for (auto row = first - edges.edge.begin(); row < last - edges.edge.begin(); ++row) {
     if (at(edges.body, row) != body) continue;
-    if (!(dot(at(edges.direction, row), direction) < other_side)) return Side::same;
-    side = Side::other;
+    if (!(dot(at(edges.direction, row), direction) < other_side)) return false;
+    turns = true;
   }
-  return side;
+  return turns;
 }
 
-void SweptResponse::add_sinking(const Start& start, Side side, bool of_edge, const PredictedStep& step,
+/// Whether a contact leaves the body on the other side. Where a body is not thin, the exit of a deep edge may
+/// jump, and a contact may end over a rim, although nothing leads through. A contact that is missing at the
+/// end may not have been found.
+/// \param deeper  it is deeper at the end of the step
+bool SweptResponse::leaves(const Start& start, Index body, bool deeper, const PredictedStep& step) const {
+  if (is_soft(start.coupling.points[0], body)) return false;
+  if (start.of_edge) return start.in_thin && edge_turns(start, body, step);
+  const Index row = step.contacts.find(start.key.first, body);
+  return row >= 0 ? point_turns(start, row, step) : start.in_thin && step.complete && deeper;
+}
+
+void SweptResponse::add_sinking(const Start& start, const PredictedStep& step,
                                 const ContactResponse& response) {
   const Index body = at(bodies_.body_of_point(), start.coupling.points.back());
   const double thickness = at(query_.thickness().of_body, body);
@@ -144,14 +157,13 @@ void SweptResponse::add_sinking(const Start& start, Side side, bool of_edge, con
   const double deeper = before - dot(start.direction, fem::relative(start.coupling, step.end));
   const bool sinks = deeper > settings().least_motion * thickness;
   // A shallow exit may change its direction by rounding alone.
-  const bool leaves = start.depth > margin && !is_soft(start.coupling.points[0], body) &&
-                      (side == Side::other || (side == Side::ended && deeper > margin));
-  if (!sinks && !leaves) return;
+  const bool through = start.depth > margin && leaves(start, body, deeper > margin, step);
+  if (!sinks && !through) return;
   // Kept at its depth, a contact in the middle of a sheet would leave again in the next step.
-  const double back = leaves ? margin : 0.0;
+  const double back = through ? margin : 0.0;
   add(start.key,
-      {start.coupling, start.direction, before + back, std::max(deeper, 0.0) + back, margin, of_edge}, step,
-      response);
+      {start.coupling, start.direction, before + back, std::max(deeper, 0.0) + back, margin, start.of_edge},
+      step, response);
 }
 
 }  // namespace palpate

@@ -174,7 +174,8 @@ TEST(ReducedStep, BringsTheResidualOfTheWholeToZero) {
   for (const int threads : {1, 3}) {
     ReducedStep step;
     step.begin(16);
-    step.set_contacts(laws, friction, laws.size());
+    step.set_most_swept(laws.size());
+    step.set_contacts(laws, friction);
     for (std::size_t k = 0; k < contacts; ++k) step.set_base(k, base[k]);
     const parallel::Threads team(threads);
     step.update(team);

@@ -85,6 +85,12 @@ TEST(RandomScenes, KeepTheirEnergyTheirFloorAndConverge) {
   run_all(1, 16, 0);
 }
 
+/// In 1044, a solve of stiff bodies cycles with sweeps over up to 64 contacts; in 1058, one of softer bodies.
+TEST(RandomScenes, SlowSolvesThatCycleConvergeWithOtherSweeps) {
+  run_all(1044, 1, 0);
+  run_all(1058, 1, 0);
+}
+
 /// A sheet falls so deep into a narrow box within a step that its points are nearest to the sides of the box.
 /// Pushed out there, it gained energy.
 TEST(RandomScenes, OneWhoseSheetFallsDeepIntoABoxKeepsItsEnergy) {
