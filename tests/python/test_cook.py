@@ -68,10 +68,9 @@ def membrane(nu, n, **options):
         young_modulus=YOUNG, poisson_ratio=nu, density=1e-6, **options))
     right = x > 48 - 1e-9
     model.load_surface(body, right, traction=(0.0, LITTLE * FORCE / 16, 0.0))
-    # Without gravity and almost without mass, the speed by the load alone is no scale for errors; Jacobi's estimate
-    # does not use it.
-    solver = {"tolerance": 1e-9, "max_iterations": 20000, "preconditioner": "jacobi"}
-    simulation = palpate.Simulation(model, gravity=(0.0, 0.0, 0.0), time_step=1e4, solver=solver)
+    # Masses hardly count in a step of 10 s. Multigrid's estimate of the error does not hold near nu = 0.5 in such steps.
+    solver = {"tolerance": 1e-6, "max_iterations": 20000, "preconditioner": "jacobi"}
+    simulation = palpate.Simulation(model, gravity=(0.0, 0.0, 0.0), time_step=10.0, solver=solver)
     for _ in range(3):
         simulation.step()
     return points, cells, simulation
