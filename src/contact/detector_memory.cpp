@@ -113,8 +113,10 @@ const ContactTable& DetectorSteps::table(const Detector& detector) {
 PairFilter DetectorSteps::may_touch(const Detector& detector) {
   return detector.state_->frame.may_touch();
 }
-const SurfaceNormals* DetectorSteps::normals(const Detector& detector) {
-  return detector.state_->wants_edge_contacts ? &detector.state_->depth.normals() : nullptr;
+DetectedSurfaces DetectorSteps::surfaces(const Detector& detector) {
+  const Detector::State& state = *detector.state_;
+  if (!state.wants_edge_contacts) return {};
+  return {&state.depth.normals(), &state.border_edges, &state.crossings};
 }
 void DetectorSteps::hold(Detector& detector) {
   detector.state_->hold();

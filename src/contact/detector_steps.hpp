@@ -2,11 +2,20 @@
 
 #include <palpate/detection.hpp>
 
+#include "contact/border_edges.hpp"
 #include "contact/contact_table.hpp"
+#include "contact/crossings.hpp"
 #include "contact/pair_filter.hpp"
 #include "contact/surface_normals.hpp"
 
 namespace palpate {
+
+/// Results of the last detection that the forces of edges need besides the table.
+struct DetectedSurfaces {
+  const SurfaceNormals* normals = nullptr;
+  const BorderEdges* border_edges = nullptr;
+  const Crossings* crossings = nullptr;
+};
 
 /// Access for a Simulation beyond the public interface: the table, for states of contacts; and the way back
 /// after a failed step.
@@ -17,8 +26,8 @@ class DetectorSteps {
   [[nodiscard]] static const ContactTable& table(const Detector& detector);
   /// The filter of pairs of bodies that may touch, by the settings. Valid as long as the detector.
   [[nodiscard]] static PairFilter may_touch(const Detector& detector);
-  /// Clusters of the surfaces of all bodies; valid as long as the detector. Null without edge contacts.
-  [[nodiscard]] static const SurfaceNormals* normals(const Detector& detector);
+  /// What the forces of edges need; valid as long as the detector. Null without edge contacts.
+  [[nodiscard]] static DetectedSurfaces surfaces(const Detector& detector);
   /// Holds the results of the last detection during further ones, and the state that the next detection
   /// depends on. O(clusters) with a budget, otherwise O(1).
   static void hold(Detector& detector);

@@ -115,7 +115,7 @@ SurfacePoint ExitSearch::nearest(const Bodies& bodies, std::span<const Vec3> pos
       [&](Index here, std::size_t opposite, const Vec3& q, double distance) {
         const Vec3 outward = normalized(q - p);
         best = {q, outward == Vec3{} ? face_normal(bodies, positions, here, opposite) : outward, distance,
-                here};
+                here, opposite};
       });
   return best;
 }
@@ -138,6 +138,24 @@ double ExitSearch::distance_to_side(const Bodies& bodies, std::span<const Vec3> 
         return cosine <= along && cosine >= against;
       },
       [&](Index, std::size_t, const Vec3&, double distance) { nearest = distance; });
+  return nearest;
+}
+
+double ExitSearch::distance_to_fading_side(const Bodies& bodies, std::span<const Vec3> positions, Index tet,
+                                           const Vec3& p, const Vec3& direction, double radius) {
+  constexpr double band = 0.15;
+  double nearest = radius;
+  double farther = 0.0;  // of the face that was asked for last
+  walk(
+      bodies, positions, tet, p, -1, [&] { return nearest; },
+      [&](const Vec3& normal) {
+        const double cosine = dot(normalized(normal), direction);
+        farther = radius * std::max({0.0, 1.0 - (along - cosine) / band, 1.0 - (cosine - against) / band});
+        return farther < nearest;
+      },
+      [&](Index, std::size_t, const Vec3&, double distance) {
+        nearest = std::min(nearest, distance + farther);
+      });
   return nearest;
 }
 

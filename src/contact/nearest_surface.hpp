@@ -18,7 +18,8 @@ struct SurfacePoint {
   Vec3 position;
   Vec3 outward;  ///< unit vector from the given point to it; the triangle's normal where both are the same
   double distance = 0.0;
-  Index tet = -1;  ///< with the face that contains the point; -1: not known
+  Index tet = -1;            ///< with the face that contains the point; -1: not known
+  std::size_t opposite = 4;  ///< corner of the tet opposite this face; 4: not known
 };
 
 /// Outward unit normal of a face of a tet; zero where it has no area.
@@ -67,7 +68,7 @@ class ExitSearch {
     walk(
         bodies, positions, tet, p, -1, [&] { return best.distance; }, wanted,
         [&](Index here, std::size_t opposite, const Vec3& q, double distance) {
-          best = {q, face_normal(bodies, positions, here, opposite), distance};
+          best = {q, face_normal(bodies, positions, here, opposite), distance, here, opposite};
         });
     return best;
   }
@@ -77,6 +78,12 @@ class ExitSearch {
   /// nearer than the result).
   double distance_to_side(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
                           const Vec3& direction, double radius);
+
+  /// The same, but faces fade into sides: a face whose cosine is within 0.15 of a limit counts as farther
+  /// away, by up to the radius at the limit. So it is a continuous function of `direction`. O(tets nearer
+  /// than the result).
+  double distance_to_fading_side(const Bodies& bodies, std::span<const Vec3> positions, Index tet,
+                                 const Vec3& p, const Vec3& direction, double radius);
 
   /// Whether distance_to_side() would still find none within `radius` after each corner has moved by up to
   /// `moved` and `direction` has changed by up to `rotated`. False if this is not certain. O(tets within the

@@ -24,6 +24,17 @@ Vec3 moved_inwards(const RimEdgeSearch::Frame& frame, Index contact) {
   return p + inwards * (middle - p);
 }
 
+EdgeLine line_of(const RimEdgeSearch::Frame& frame, Index c, Index edge) {
+  const Edge& ends = at(frame.bodies.edges(), edge);
+  const Vec3& a = at(frame.positions, ends[0]);
+  return {.x = a,
+          .d = normalized(at(frame.positions, ends[1]) - a),
+          .ends = ends,
+          .outward = outward_of_edge(frame.bodies, frame.positions, edge),
+          .is_own = frame.bodies.body_of(ends) == at(frame.table.contacts().body, c),
+          .slack = frame.reach};
+}
+
 /// The exit through the plane of a triangle at which a part of an edge ends that is inside. Without direction
 /// if the edge's own body cannot leave there.
 LineExit exit_through_face(const RimEdgeSearch::Frame& frame, const EdgeLine& line, Index triangle,
@@ -43,13 +54,7 @@ bool RimEdgeSearch::find(const Frame& frame, Index c, Index edge, RimEdge& found
   const Edge& ends = at(frame.bodies.edges(), edge);
   found.edge = edge;
   for (std::size_t i = 0; i < 2; ++i) found.contacts[i] = frame.table.find(ends[i], at(contacts.body, c));
-  const Vec3& a = at(frame.positions, ends[0]);
-  const EdgeLine line{.x = a,
-                      .d = normalized(at(frame.positions, ends[1]) - a),
-                      .ends = ends,
-                      .outward = outward_of_edge(frame.bodies, frame.positions, edge),
-                      .is_own = frame.bodies.body_of(ends) == at(contacts.body, c),
-                      .slack = frame.reach};
+  const EdgeLine line = line_of(frame, c, edge);
   const bool is_link = found.contacts[0] >= 0 && found.contacts[1] >= 0;
   if (!(is_link ? find_link(frame, line, found) : find_border(frame, c, line, found))) return false;
   return found.depth > 0.0 && found.depth <= frame.reach;
@@ -105,6 +110,36 @@ bool RimEdgeSearch::find_link(const Frame& frame, const EdgeLine& line, RimEdge&
   const Vec3 on_edge = 0.5 * (at(frame.positions, at(contacts.point, found.contacts[0])) +
                               at(frame.positions, at(contacts.point, found.contacts[1])));
   found.depth = dot(face.position - on_edge, face.outward) / dot(found.direction, face.outward);
+  return true;
+}
+
+bool RimEdgeSearch::find_inset(const Frame& frame, Index c, Index edge, const RimFalloff& rims,
+                               const SurfaceNormals& normals, Inset& found) {
+  // Cosines. Faces above the first are no sides (ExitSearch::distance_to_side).
+  constexpr double alike = 0.75;
+  constexpr double surely_alike = 0.9;
+  constexpr double clearly = 0.1;
+  constexpr double surely = 0.5;
+  const Contacts& contacts = frame.table.contacts();
+  const EdgeLine line = line_of(frame, c, edge);
+  found.parameter = at(contacts.point, c) == line.ends[0] ? 1.0 - Inset::beside : Inset::beside;
+  const Vec3 x = line.x + found.parameter * (at(frame.positions, line.ends[1]) - line.x);
+  const Vec3 from = moved_inwards(frame, c);
+  const ExitAhead ahead = exit_ahead(frame.bodies, frame.positions, at(contacts.tet, c), from,
+                                     normalized(x - from), length(x - from));
+  if (ahead.leaves() || ahead.tet < 0) return false;
+  const SurfacePoint face = faces_.nearest(frame.bodies, frame.positions, ahead.tet, x, -1, frame.reach, 0.0);
+  if (face.outward == Vec3{}) return false;
+  found.triangle = frame.bodies.triangle_of_face(face.tet, face.opposite);
+  found.exit = face.position;
+  found.direction = normals.at_point_now(frame.positions, found.triangle, found.exit);
+  found.depth = dot(found.exit - x, found.direction);
+  const double like_contact = dot(found.direction, at(contacts.direction, c)) - alike;
+  const double away = -dot(found.direction, normalized(line.outward)) - clearly;
+  found.scale =
+      std::clamp(std::min(like_contact / (surely_alike - alike), away / (surely - clearly)), 0.0, 1.0);
+  if (!(found.depth > 0.0 && found.scale > 0.0)) return false;
+  found.scale *= rims.fading_scale(frame.bodies, frame.positions, x, ahead.tet, found.direction, faces_);
   return true;
 }
 

@@ -92,12 +92,16 @@ void RimFalloff::compare(const parallel::Threads& threads, Range points, std::sp
                      [&](std::size_t p) { recorded_[first + p] = positions[first + p]; });
 }
 
-double RimFalloff::scale(const Bodies& bodies, std::span<const Vec3> positions, Index point, Index tet,
+double RimFalloff::scale(const Bodies& bodies, std::span<const Vec3> positions, const Vec3& x, Index tet,
                          const Vec3& direction, ExitSearch& search) const {
   const Rim& rim = at(rims_, bodies.body_of(at(bodies.tets(), tet)));
-  const double distance =
-      search.distance_to_side(bodies, positions, tet, at(positions, point), direction, rim.outer);
-  return std::max(0.0, distance - rim.inner) / (rim.outer - rim.inner);
+  return rim.scale(search.distance_to_side(bodies, positions, tet, x, direction, rim.outer));
+}
+
+double RimFalloff::fading_scale(const Bodies& bodies, std::span<const Vec3> positions, const Vec3& x,
+                                Index tet, const Vec3& direction, ExitSearch& search) const {
+  const Rim& rim = at(rims_, bodies.body_of(at(bodies.tets(), tet)));
+  return rim.scale(search.distance_to_fading_side(bodies, positions, tet, x, direction, rim.outer));
 }
 
 double RimFalloff::scale(const Bodies& bodies, std::span<const Vec3> positions, const Contacts& contacts,
@@ -128,7 +132,7 @@ double RimFalloff::scale(const Bodies& bodies, std::span<const Vec3> positions, 
     cache.direction[c] = direction;
     if (clear) return 1.0;
   }
-  return scale(bodies, positions, point, contacts.tet[c], direction, search);
+  return scale(bodies, positions, at(positions, point), contacts.tet[c], direction, search);
 }
 
 }  // namespace palpate

@@ -11,10 +11,10 @@
 #include <palpate/detection.hpp>
 
 #include "contact/contact_table.hpp"
+#include "contact/detector_steps.hpp"
 #include "contact/flush_faces.hpp"
-#include "contact/nearest_surface.hpp"
 #include "contact/rim_edges.hpp"
-#include "contact/surface_normals.hpp"
+#include "contact/rim_falloff.hpp"
 #include "fem/contact_law.hpp"
 #include "fem/coupling.hpp"
 #include "parallel/parallel.hpp"
@@ -28,12 +28,15 @@ class ContactResponse;
 struct EdgeEnd {
   Index edge = -1;
   Index body = -1;
-  Index end = 0;                  ///< 2 x index of the part along the edge; + 1 for the far end of the part
-  std::array<Index, 5> points{};  ///< points of its coupling
+  /// 2 x index of the part along the edge; + 1 for the far end of the part. `inset`: not an end, but a
+  /// position beside a rim; its coupling is with its exit, so the depth is zero if both positions coincide.
+  Index end = 0;
+  static constexpr Index inset = -1;
+  std::array<Index, 5> points{};         ///< points of its coupling
   std::array<double, 5> coefficients{};  ///< coefficients of its coupling
   bool of_edge =
       true;  ///< true: the coupling is between two points and a triangle; false: between a point and a tet
-  fem::ContactLaw law;           ///< its depth is zero if the two positions of the coupling coincide
+  fem::ContactLaw law;
   Vec3 velocity{};               ///< relative velocity of the two positions, m/s
   double chatter_damping = 0.0;  ///< N s/m
   std::int32_t lost = 0;         ///< steps since it was inside
@@ -60,6 +63,12 @@ struct EdgeEnd {
 ///   and their neighbours, by their depth and their scale at rims. Edges at rims act as far as the points of
 ///   the two bodies do not resist tilting (PairSupport), and the points of the edge do not support it.
 /// - Edges that enter or leave through a face that lies flush on another rigid body have none (FlushFaces).
+///
+/// Where points support the bodies, those at the borders of flush faces have no force, and soft borders would
+/// sink in. There, edges from a point that is supported to one at a rim act at an inset, a quarter of the
+/// edge beside the rim (RimEdgeSearch::find_inset), with half the stiffness of a contact times the difference
+/// of the falloffs of both points, the falloff of the inset itself, and the part of their support that points
+/// give (PairSupport). No weight depends on a depth, so insets do not react to each other.
 class EdgeResponse {
  public:
   /// The force of an edge at one position.
@@ -71,7 +80,8 @@ class EdgeResponse {
   /// Input: positions and the contacts at them.
   struct Frame {
     const ContactResponse& rules;
-    const SurfaceNormals& normals;
+    const DetectedSurfaces& surfaces;
+    const RimFalloff& rims;
     const parallel::Threads& threads;
     const Bodies& bodies;
     const ContactTable& table;
@@ -106,15 +116,29 @@ class EdgeResponse {
  private:
   [[nodiscard]] bool acts(const EdgeEnd& end) const;
   void list(const Frame& frame);
+  void measure_support(const Frame& frame);
+  void list_edge_contacts(const Frame& frame);
+  void list_rim_edges(const Frame& frame);
+  void list_insets(const Frame& frame);
   void add_edge_contact(const Frame& frame, std::size_t contact, Index number, std::vector<Row>& rows) const;
   void add_rim_edges(const Frame& frame, std::size_t contact, RimEdgeSearch& search,
                      std::vector<Row>& rows) const;
   [[nodiscard]] double stiffness_of_an_end(const Frame& frame, Index own, Index body) const;
   void add_rim_edge(const Frame& frame, Index body, const RimEdge& found, std::vector<Row>& rows) const;
+  void add_insets(const Frame& frame, std::size_t contact, RimEdgeSearch& search,
+                  std::vector<Row>& rows) const;
+  void add_inset_of_border_edge(const Frame& frame, std::size_t crossing, RimEdgeSearch& search,
+                                std::vector<Row>& rows) const;
+  void add_inset(const Frame& frame, Index contact, Index edge, double weight, RimEdgeSearch& search,
+                 std::vector<Row>& rows) const;
+  /// Appends the rows that add(i, search, rows) makes for each i < size.
+  template <class Add>
+  void append_rows(const Frame& frame, std::size_t size, const Add& add);
 
   std::vector<Index> numbers_;  ///< (n_edge_contacts) index of the part of its edge in the body
   PairSupport support_;
   std::vector<Index> unsupported_;  ///< contacts in pairs of bodies that lack support: their edges may act
+  std::vector<Index> at_rims_;      ///< contacts at rims, in pairs with some support: insets may act
   std::vector<RimEdgeSearch> searches_;  ///< one for each chunk of contacts at rims
   parallel::ChunkedList<Row> lists_;
   std::vector<Row> rows_;

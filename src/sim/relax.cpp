@@ -96,7 +96,7 @@ class Relaxation {
         prescribed_(model.motions, model.motion_of_point, bodies_.points_rest()),
         still_(bodies_.points_rest().size()),
         start_(prescribed_.start_positions(threads_, bodies_.points_rest())) {
-    response_.use_edges(DetectorSteps::normals(detector_));
+    response_.use_edges(DetectorSteps::surfaces(detector_));
     dynamics_.set_fixed_axes(bodies_, materials_, axes_or_none(model));
     dynamics_.set_positions(start_);
     find_contacts();

@@ -153,13 +153,13 @@ void ContactResponse::compute(const parallel::Threads& threads, const Bodies& bo
                            list.direction[c], laws_[c].stiffness, positions);
   });
   const auto frame = [&] {
-    return EdgeResponse::Frame{*this,      *normals_, threads,    bodies, table,   positions,
-                               velocities, since_,    time_step_, fall,   scales_, flush_};
+    return EdgeResponse::Frame{*this,      surfaces_, rims_,      threads, bodies,  table, positions,
+                               velocities, since_,    time_step_, fall,    scales_, flush_};
   };
-  if (normals_ != nullptr) append_edges(edges_.begin(frame()), couplings);
+  if (surfaces_.normals != nullptr) append_edges(edges_.begin(frame()), couplings);
   present_ = laws_.size();
   append_near(threads, bodies, table, positions, velocities, fall, couplings);
-  if (normals_ != nullptr) append_edges(edges_.near(frame()), couplings);
+  if (surfaces_.normals != nullptr) append_edges(edges_.near(frame()), couplings);
 }
 
 void ContactResponse::append_edges(std::span<const EdgeResponse::Row> rows,

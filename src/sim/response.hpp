@@ -131,9 +131,9 @@ class ContactResponse {
   /// \param contact  index of its coupling
   [[nodiscard]] ContactOutcome outcome(std::size_t contact, const Vec3& velocity) const;
 
-  /// Turns the forces of edges (docs/edges.md) on from the next compute() on, with the normals of the
-  /// surfaces, which must outlive their use. Null, the default, turns them off.
-  void use_edges(const SurfaceNormals* normals) { normals_ = normals; }
+  /// Turns the forces of edges (docs/edges.md) on from the next compute() on, with the results of detections,
+  /// which must outlive their use. Without normals, the default, turns them off.
+  void use_edges(const DetectedSurfaces& surfaces) { surfaces_ = surfaces; }
   /// Sets the faces of rigid bodies through which no edge leaves.
   void set_flush_faces(FlushFaces flush) { flush_ = std::move(flush); }
   /// Whether a law's coupling is between an edge and a triangle; otherwise it is between a point and a tet.
@@ -223,7 +223,7 @@ class ContactResponse {
   ResponseSettings settings_;
   KeptContacts kept_;
   EdgeResponse edges_;
-  const SurfaceNormals* normals_ = nullptr;  ///< null: edges have no forces
+  DetectedSurfaces surfaces_;  ///< without normals: edges have no forces
   FlushFaces flush_;
   std::size_t present_ = 0;
   double time_step_ = 0.0;                ///< of the step after the last compute(), s

@@ -57,7 +57,7 @@ ContactResponse::Speculative ContactResponse::met(const Bodies& bodies, const Co
       depth = entry.distance * dot(back, r);
     }
   }
-  const double k = rims_.scale(bodies, positions_end, point, tet, r, search) *
+  const double k = rims_.scale(bodies, positions_end, at(positions_end, point), tet, r, search) *
                    stiffness(at(bodies.body_of_point(), point), body);
   // Depth before the step, on the straight line of the motion. Not above zero, since the point was outside.
   const double before = std::min(depth + time_step_ * dot(velocity, r), 0.0);
@@ -86,17 +86,17 @@ std::span<const EdgeResponse::Row> ContactResponse::meet_edges(const parallel::T
                                                                const ContactTable& table,
                                                                std::span<const Vec3> positions_end,
                                                                std::span<const Vec3> velocities_end) {
-  if (normals_ == nullptr) return {};
+  if (surfaces_.normals == nullptr) return {};
   resize_with_room(scales_, table.size());
   const Contacts& contacts = table.contacts();
   const ContactStates& states = table.states();
   for_each_searching(threads, contacts.size(), [&](std::size_t c, ExitSearch& search) {
     const double full = stiffness(at(bodies.body_of_point(), contacts.point[c]), contacts.body[c]);
     scales_[c] = states.seen[c] > 0 ? states.stiffness[c] / full
-                                    : rims_.scale(bodies, positions_end, contacts.point[c], contacts.tet[c],
-                                                  contacts.direction[c], search);
+                                    : rims_.scale(bodies, positions_end, at(positions_end, contacts.point[c]),
+                                                  contacts.tet[c], contacts.direction[c], search);
   });
-  return edges_.meet({*this, *normals_, threads, bodies, table, positions_end, velocities_end, since_,
+  return edges_.meet({*this, surfaces_, rims_, threads, bodies, table, positions_end, velocities_end, since_,
                       time_step_, 0.0, scales_, flush_});
 }
 

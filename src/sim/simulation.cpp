@@ -111,7 +111,7 @@ Simulation::State::State(std::shared_ptr<const SimulationCore> the_core, HeldMod
   dynamics.set_positions(prescribed.start_positions(threads, bodies.points_rest()));
   ties = Ties(holds.ties, bodies, dynamics.point_masses(), dynamics.free_points(), response);
   step_forces.set({}, std::vector<Vec3>(holds.ties.size()));
-  response.use_edges(DetectorSteps::normals(detector));
+  response.use_edges(DetectorSteps::surfaces(detector));
   response.set_flush_faces(FlushFaces(bodies, bodies_at_rest(holds, bodies), dynamics.positions()));
 }
 
@@ -214,7 +214,7 @@ void Simulation::change(const SimulationSettings& settings) {
     s.detector = std::move(detector);
   }
   s.response.change(settings.response);
-  s.response.use_edges(DetectorSteps::normals(s.detector));
+  s.response.use_edges(DetectorSteps::surfaces(s.detector));
   s.settings = settings;
   s.dynamics.keep_past(settings.time_integration == TimeIntegration::bdf2);
   s.max_speed = speed_limit(s.bodies, settings);

@@ -2,7 +2,9 @@
 // compared with that of a walk.
 #include "contact/rim_falloff.hpp"
 
+#include <cmath>
 #include <gtest/gtest.h>
+#include <utility>
 
 #include "geometry/vector.hpp"
 #include "support/meshes.hpp"
@@ -60,8 +62,9 @@ int run(Scene& scene, int steps, double most, double rotation) {
     scene.move(static_cast<std::size_t>(step) % 2, leaps ? 0.1 : most, rotation);
     rims.begin(threads, scene.bodies, scene.positions, step % 29 == 28 ? 1 : scene.contacts.size());
     for (std::size_t c = 0; c < scene.contacts.size(); ++c) {
-      const double walked = rims.scale(scene.bodies, scene.positions, scene.contacts.point[c],
-                                       scene.contacts.tet[c], scene.contacts.direction[c], search);
+      const double walked =
+          rims.scale(scene.bodies, scene.positions, at(scene.positions, scene.contacts.point[c]),
+                     scene.contacts.tet[c], scene.contacts.direction[c], search);
       const double cached = rims.scale(scene.bodies, scene.positions, scene.contacts, c, search, cache);
       EXPECT_EQ(cached, walked) << "step " << step << ", contact " << c;
       if (cached != walked) return -1;
@@ -70,6 +73,39 @@ int run(Scene& scene, int steps, double most, double rotation) {
   int clear = 0;
   for (const std::uint8_t state : cache.state) clear += state == RimCache::clear ? 1 : 0;
   return clear;
+}
+
+/// Oracle: a slope that follows from the band of cosines in which sides fade in.
+TEST(RimFalloff, OfFadingSidesIsContinuousInTheDirectionAndNotBelowThatOfSharpOnes) {
+  Scene scene(test::box_mesh({3, 3, 3}, {-1, -1, -1}, {1, 1, 1}), 5);
+  const RimFalloff rims(scene.bodies);
+  ExitSearch search;
+  constexpr double rotation = 1e-5;
+  const double slope = rims.reach(0) / (0.15 * (rims.reach(0) - rims.inner(0)));
+  int jumps = 0;
+  int between = 0;
+  for (int round = 0; round < 400; ++round) {
+    for (std::size_t c = 0; c < scene.contacts.size(); ++c) {
+      const Vec3& x = at(scene.positions, scene.contacts.point[c]);
+      const auto both = [&](const Vec3& direction) {
+        return std::pair{
+            rims.fading_scale(scene.bodies, scene.positions, x, scene.contacts.tet[c], direction, search),
+            rims.scale(scene.bodies, scene.positions, x, scene.contacts.tet[c], direction, search)};
+      };
+      // Near the limit of the box's faces, so that sharp sides jump.
+      const double along = 0.75 + scene.random.uniform(-1e-5, 1e-5);
+      const Vec3 first = normalized(Vec3{along, std::sqrt(1.0 - along * along), 0.0});
+      const Vec3 second = normalized(first + scene.random.point(-rotation, rotation));
+      const auto [fading, sharp] = both(first);
+      const auto [fading_then, sharp_then] = both(second);
+      ASSERT_GE(fading, sharp);
+      ASSERT_LE(std::abs(fading_then - fading), slope * length(second - first) + 1e-12);
+      jumps += std::abs(sharp_then - sharp) > 0.1 ? 1 : 0;
+      between += fading > sharp + 0.1 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(jumps, 100) << "sharp sides do";
+  EXPECT_GT(between, 100);
 }
 
 TEST(RimFalloff, TheCacheChangesNothing) {

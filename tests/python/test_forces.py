@@ -37,7 +37,7 @@ def test_contacts_tell_their_forces(simulation):
     np.testing.assert_allclose(np.einsum("ij,ij->i", contacts.friction, contacts.direction), 0.0, atol=1e-9)
     body = simulation.bodies.body_of_point
     on_plate = contacts.force[body[contacts.point] == 1].sum(axis=0) - contacts.force[contacts.body == 1].sum(axis=0)
-    np.testing.assert_allclose(on_plate, simulation.contact_forces[1], rtol=1e-12)
+    np.testing.assert_allclose(on_plate, simulation.contact_forces[1], rtol=1e-12, atol=1e-14)
     held = simulation.bodies.tets[contacts.tet]
     assert (body[held[:, 0]] == contacts.body).all()
 

@@ -162,7 +162,7 @@ TEST(Aligned, SoftBoxesRestAsIfTheyWereOneBody) {
   };
   constexpr double above = 1e-6;
   for (const auto& [stiffness, cells] :
-       {std::pair{3e4, 2}, {1e5, 1}, {1e5, 2}, {1e6, 1}, {1e6, 4}, {1e6, 8}}) {
+       {std::pair{3e4, 2}, {3e4, 4}, {3e4, 8}, {1e5, 1}, {1e5, 2}, {1e5, 4}, {1e6, 1}, {1e6, 4}, {1e6, 8}}) {
     const Material material{.young_modulus = stiffness};
     for (const bool fixed : {false, true}) {
       Model joined;

@@ -1,0 +1,97 @@
+#include <algorithm>
+#include <array>
+
+#include "geometry/triangle.hpp"
+#include "sim/edge_response.hpp"
+#include "sim/edge_rows.hpp"
+#include "sim/response.hpp"
+
+namespace palpate {
+
+using namespace edge_rows;
+
+namespace {
+
+/// 0 to 1: 1 for an edge with a crease of 60 degrees or more, 0 below 30 degrees.
+double crease(const EdgeResponse::Frame& frame, Index edge) {
+  constexpr double none = 0.866;  // cosines
+  constexpr double surely = 0.5;
+  const auto& [first, second] = at(frame.bodies.edge_triangles(), edge);
+  if (second < 0) return 1.0;
+  const auto normal = [&](Index t) {
+    return normalized(area_vector(frame.positions, at(frame.bodies.triangles(), t)));
+  };
+  return std::clamp((none - dot(normal(first), normal(second))) / (none - surely), 0.0, 1.0);
+}
+
+/// Whether an edge leaves, or its exit leads, through a face that lies flush on another body.
+bool is_at_seam(const EdgeResponse::Frame& frame, Index body, const RimEdge& found) {
+  if (found.triangle >= 0 && frame.flush.covers(found.triangle)) return true;
+  if (borders_flush_face(frame, found.edge)) return true;
+  if (found.triangle >= 0) return found.beyond >= 0 && frame.flush.covers(found.beyond);
+  const auto& [first, second] = at(frame.bodies.edges(), found.edge);
+  const Vec3& a = at(frame.positions, first);
+  const Vec3 along = at(frame.positions, second) - a;
+  return std::ranges::any_of(std::array{0.0, 0.5, 1.0}, [&](double part) {
+    return frame.flush.leads_through(frame.bodies, frame.positions, body, a + part * along, found.direction,
+                                     found.depth);
+  });
+}
+
+}  // namespace
+
+/// Adds the edges of a contact at a rim. An edge between two such contacts is added for the lower point.
+void EdgeResponse::add_rim_edges(const Frame& frame, std::size_t contact, RimEdgeSearch& search,
+                                 std::vector<Row>& rows) const {
+  const Contacts& contacts = frame.table.contacts();
+  const Index point = contacts.point[contact];
+  const Index body = contacts.body[contact];
+  const RimEdgeSearch::Frame places{frame.bodies, frame.positions, frame.table, frame.rules.rim_reach(body)};
+  for (const Index edge : frame.bodies.point_edges()[point]) {
+    if (at(frame.bodies.edge_triangles(), edge)[0] < 0) continue;
+    const Index other = frame.bodies.other_end(edge, point);
+    const Index there = frame.table.find(other, body);
+    const bool at_rim = frame.scales[contact] < 1.0;
+    if (there >= 0 && (other < point || !at_rim || at(frame.scales, there) >= 1.0)) continue;
+    RimEdge found;
+    if (search.find(places, static_cast<Index>(contact), edge, found)) add_rim_edge(frame, body, found, rows);
+  }
+}
+
+void EdgeResponse::add_rim_edge(const Frame& frame, Index body, const RimEdge& found,
+                                std::vector<Row>& rows) const {
+  const Contacts& contacts = frame.table.contacts();
+  const Edge& edge = at(frame.bodies.edges(), found.edge);
+  const Index own = frame.bodies.body_of(edge);
+  const double whole = length(at(frame.positions, edge[1]) - at(frame.positions, edge[0]));
+  double inside = 1.0;
+  if (found.triangle >= 0) inside = found.contacts[0] >= 0 ? found.parameter : 1.0 - found.parameter;
+  const double length_part = std::min(1.0, inside * whole / frame.rules.rim_reach(body));
+  double held = 0.0;
+  for (const Index c : found.contacts) held = std::max(held, held_by(frame, c, found.depth));
+  double most = (1.0 - held) * support_.lack(own, body) * length_part;
+  const bool at_rim =
+      std::ranges::any_of(found.contacts, [&](Index c) { return c >= 0 && at(frame.scales, c) < 1.0; });
+  if (!at_rim) most *= crease(frame, found.edge);
+  if (most <= least_weight || is_at_seam(frame, body, found)) return;
+  const double whole_stiffness = stiffness_of_an_end(frame, own, body);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EdgeEnd end = end_of(found.edge, body, static_cast<Index>(i), beyond_least(most) * whole_stiffness,
+                         found.depth, found.direction);
+    const Index c = found.contacts[i];
+    if (c < 0) {
+      const Meeting here = meeting(frame, edge, found.triangle, found.parameter, found.direction);
+      end.law.stiffness = beyond_least(most * here.side) * whole_stiffness;
+      if (end.law.stiffness > 0.0) add_at_triangle(frame, edge, here, end, rows);
+      continue;
+    }
+    const fem::Coupling coupling = coupling_of(
+        at(contacts.point, c), at(frame.bodies.tets(), at(contacts.tet, c)), at(contacts.weights, c));
+    end.points = coupling.points;
+    end.coefficients = coupling.coefficients;
+    end.of_edge = false;
+    rows.push_back({.end = end, .depth = end.law.depth});
+  }
+}
+
+}  // namespace palpate

@@ -1,0 +1,75 @@
+#include "sim/edge_rows.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "geometry/triangle.hpp"
+
+namespace palpate {
+namespace edge_rows {
+namespace {
+
+// Cosines of the angle between surface normal and contact direction. Above the first the surface is a face;
+// below the second it is a side.
+constexpr double faces_along = 0.95;
+constexpr double faces_aside = 0.6;
+
+}  // namespace
+
+double beyond_least(double weight) {
+  return std::max(0.0, (weight - least_weight) / (1.0 - least_weight));
+}
+
+Meeting meeting(const EdgeResponse::Frame& frame, const Edge& edge, Index triangle, double parameter,
+                const Vec3& direction) {
+  const Triangle& corners = at(frame.bodies.triangles(), triangle);
+  const std::array<Vec3, 3> t = corners_of(frame.positions, corners);
+  const Vec3& a = at(frame.positions, edge[0]);
+  const Vec3 x = a + parameter * (at(frame.positions, edge[1]) - a);
+  Meeting found{triangle, parameter, weights_in(t, area_vector(t), x), 0.0, 0.0};
+  const Vec3 normal = frame.surfaces.normals->at_point_now(frame.positions, triangle, x);
+  found.steepness = std::abs(dot(normalized(at(frame.positions, edge[1]) - a), normal));
+  const double cosine = dot(normal, direction);
+  found.side = std::clamp((faces_along - cosine) / (faces_along - faces_aside), 0.0, 1.0);
+  return found;
+}
+
+double held_by(const EdgeResponse::Frame& frame, Index contact, double depth) {
+  constexpr double enough = 0.5;
+  if (contact < 0) return 0.0;
+  const double force = at(frame.scales, contact) * at(frame.table.contacts().depth, contact);
+  return std::min(1.0, force / (enough * depth));
+}
+
+bool borders_flush_face(const EdgeResponse::Frame& frame, Index edge) {
+  return std::ranges::any_of(at(frame.bodies.edge_triangles(), edge),
+                             [&](Index t) { return t >= 0 && frame.flush.covers(t); });
+}
+
+EdgeEnd end_of(Index edge, Index body, Index number, double stiffness, double depth, const Vec3& direction) {
+  EdgeEnd end{.edge = edge, .body = body, .end = number, .law = {}};
+  end.law.stiffness = stiffness;
+  end.law.depth = depth;
+  end.law.direction = direction;
+  return end;
+}
+
+void add_at_triangle(const EdgeResponse::Frame& frame, const Edge& edge, const Meeting& meeting, EdgeEnd end,
+                     std::vector<EdgeResponse::Row>& rows) {
+  const Triangle& t = at(frame.bodies.triangles(), meeting.triangle);
+  const auto& [w0, w1, w2] = meeting.weights;
+  end.points = {edge[0], edge[1], t[0], t[1], t[2]};
+  end.coefficients = {1.0 - meeting.parameter, meeting.parameter, -w0, -w1, -w2};
+  rows.push_back({.end = end, .depth = end.law.depth});
+}
+
+}  // namespace edge_rows
+
+fem::Coupling EdgeEnd::coupling() const {
+  fem::Coupling coupling;
+  coupling.points = points;
+  coupling.coefficients = coefficients;
+  return coupling;
+}
+
+}  // namespace palpate
