@@ -113,7 +113,7 @@ bool RimEdgeSearch::find_link(const Frame& frame, const EdgeLine& line, RimEdge&
   return true;
 }
 
-bool RimEdgeSearch::find_inset(const Frame& frame, Index c, Index edge, const RimFalloff& rims,
+bool RimEdgeSearch::find_inset(const Frame& frame, Index c, Index edge, double width, const RimFalloff& rims,
                                const SurfaceNormals& normals, Inset& found) {
   // Cosines. Faces above the first are no sides (ExitSearch::distance_to_side).
   constexpr double alike = 0.75;
@@ -131,6 +131,8 @@ bool RimEdgeSearch::find_inset(const Frame& frame, Index c, Index edge, const Ri
   const SurfacePoint face = faces_.nearest(frame.bodies, frame.positions, ahead.tet, x, -1, frame.reach, 0.0);
   if (face.outward == Vec3{}) return false;
   found.triangle = frame.bodies.triangle_of_face(face.tet, face.opposite);
+  for (const Index corner : at(frame.bodies.triangles(), found.triangle))  // of the same body, at the edge
+    if (corner == line.ends[0] || corner == line.ends[1]) return false;
   found.exit = face.position;
   found.direction = normals.at_point_now(frame.positions, found.triangle, found.exit);
   found.depth = dot(found.exit - x, found.direction);
@@ -139,7 +141,8 @@ bool RimEdgeSearch::find_inset(const Frame& frame, Index c, Index edge, const Ri
   found.scale =
       std::clamp(std::min(like_contact / (surely_alike - alike), away / (surely - clearly)), 0.0, 1.0);
   if (!(found.depth > 0.0 && found.scale > 0.0)) return false;
-  found.scale *= rims.fading_scale(frame.bodies, frame.positions, x, ahead.tet, found.direction, faces_);
+  found.scale *=
+      rims.fading_scale(frame.bodies, frame.positions, x, ahead.tet, found.direction, width, faces_);
   return true;
 }
 

@@ -59,20 +59,21 @@ class RimEdgeSearch {
   /// Finds the exit of an inset of a surface edge that leads from the point of contact `c` to a rim. It is
   /// through the nearest face. Returns false if there is none within reach, if its scale is zero, or if the
   /// inset is not inside. O(tets along the edge + tets nearer than the reach).
-  bool find_inset(const Frame& frame, Index c, Index edge, const RimFalloff& rims,
+  /// \param width  distance from a side at which the falloff of the inset ends, m
+  bool find_inset(const Frame& frame, Index c, Index edge, double width, const RimFalloff& rims,
                   const SurfaceNormals& normals, Inset& found);
   /// Rim falloff of a contact, and of one that leaves at a crossing of its edge with a triangle; with sides
   /// that fade in. O(tets within reach).
   [[nodiscard]] double scale_of(const Frame& frame, std::size_t contact, const RimFalloff& rims) {
     const Contacts& contacts = frame.table.contacts();
     return rims.fading_scale(frame.bodies, frame.positions, at(frame.positions, contacts.point[contact]),
-                             contacts.tet[contact], contacts.direction[contact], faces_);
+                             contacts.tet[contact], contacts.direction[contact], frame.reach, faces_);
   }
   [[nodiscard]] double scale_at(const Frame& frame, Index triangle, const Vec3& crossing,
                                 const RimFalloff& rims, const SurfaceNormals& normals) {
     return rims.fading_scale(frame.bodies, frame.positions, crossing,
                              at(frame.bodies.triangle_tets(), triangle),
-                             normals.at_point_now(frame.positions, triangle, crossing), faces_);
+                             normals.at_point_now(frame.positions, triangle, crossing), frame.reach, faces_);
   }
 
  private:

@@ -38,6 +38,11 @@ double mean_height(const Bodies& bodies, Index body) {
   return tets.size() > 0 ? sum / tets.size() : 0.0;
 }
 
+/// Grows from 0 to 1 between two distances.
+double between(double inner, double outer, double distance) {
+  return std::max(0.0, distance - inner) / (outer - inner);
+}
+
 }  // namespace
 
 double rim_reach(const Bodies& bodies, Index body) {
@@ -95,13 +100,15 @@ void RimFalloff::compare(const parallel::Threads& threads, Range points, std::sp
 double RimFalloff::scale(const Bodies& bodies, std::span<const Vec3> positions, const Vec3& x, Index tet,
                          const Vec3& direction, ExitSearch& search) const {
   const Rim& rim = at(rims_, bodies.body_of(at(bodies.tets(), tet)));
-  return rim.scale(search.distance_to_side(bodies, positions, tet, x, direction, rim.outer));
+  return between(rim.inner, rim.outer,
+                 search.distance_to_side(bodies, positions, tet, x, direction, rim.outer));
 }
 
 double RimFalloff::fading_scale(const Bodies& bodies, std::span<const Vec3> positions, const Vec3& x,
-                                Index tet, const Vec3& direction, ExitSearch& search) const {
+                                Index tet, const Vec3& direction, double width, ExitSearch& search) const {
   const Rim& rim = at(rims_, bodies.body_of(at(bodies.tets(), tet)));
-  return rim.scale(search.distance_to_fading_side(bodies, positions, tet, x, direction, rim.outer));
+  return between(std::min(rim.inner, 0.5 * width), width,
+                 search.distance_to_fading_side(bodies, positions, tet, x, direction, width));
 }
 
 double RimFalloff::scale(const Bodies& bodies, std::span<const Vec3> positions, const Contacts& contacts,

@@ -52,18 +52,17 @@ class RimFalloff {
   /// The scale at `x`, a position in `tet` that leaves the tet's body along `direction`, without the cache.
   [[nodiscard]] double scale(const Bodies& bodies, std::span<const Vec3> positions, const Vec3& x, Index tet,
                              const Vec3& direction, ExitSearch& search) const;
-  /// The same with sides that fade in (ExitSearch::distance_to_fading_side): never below scale().
+  /// The same with sides that fade in (ExitSearch::distance_to_fading_side): never below scale() if `width`,
+  /// the distance from a side at which it reaches one, is the reach. A narrower one has a narrower zone of
+  /// zero, too.
   [[nodiscard]] double fading_scale(const Bodies& bodies, std::span<const Vec3> positions, const Vec3& x,
-                                    Index tet, const Vec3& direction, ExitSearch& search) const;
+                                    Index tet, const Vec3& direction, double width, ExitSearch& search) const;
 
  private:
   /// Distances from a side between which the scale grows from zero to one, m.
   struct Rim {
     double inner = 0.0;
     double outer = 0.0;
-    [[nodiscard]] double scale(double distance) const {
-      return std::max(0.0, distance - inner) / (outer - inner);
-    }
   };
   /// The rest period of a body: the time since the last record of its positions.
   struct Rest {

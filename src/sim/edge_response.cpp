@@ -12,18 +12,20 @@ constexpr std::size_t grain = 64;
 
 }  // namespace
 
-/// Makes all rows, sorted by key, without slip and damping.
+/// Makes all rows but insets, not sorted, without slip and damping.
 void EdgeResponse::list(const Frame& frame) {
   // Reserves room for contacts that begin and end, so that only the first steps allocate.
-  const std::size_t room = frame.table.size();
+  const std::size_t room = 2 * frame.table.size();
   for (auto* list : {&now_, &before_}) make_room(*list, room);
   make_room(rows_, room);
-  lists_.make_room_in_all(parallel::chunk_count(room + frame.table.edges().size(), grain), 2 * grain);
+  const std::size_t crossings = frame.surfaces.crossings->all().size();
+  const std::size_t chunks =
+      parallel::chunk_count(std::max(room + frame.table.edges().size(), crossings), grain);
+  lists_.make_room_in_all(chunks, 2 * grain);
+  if (searches_.size() < chunks) searches_.resize(chunks + chunks / 8 + 1);
   measure_support(frame);
   list_edge_contacts(frame);
   list_rim_edges(frame);
-  list_insets(frame);
-  std::ranges::sort(rows_, {}, [](const Row& row) { return row.end.key(); });
 }
 
 void EdgeResponse::measure_support(const Frame& frame) {
@@ -64,12 +66,10 @@ void EdgeResponse::list_edge_contacts(const Frame& frame) {
 
 template <class Add>
 void EdgeResponse::append_rows(const Frame& frame, std::size_t size, const Add& add) {
-  const std::size_t chunks = parallel::chunk_count(size, grain);
-  if (searches_.size() < chunks) searches_.resize(chunks + chunks / 8 + 1);
   lists_.fill(frame.threads, size, grain, [&](std::size_t begin, std::size_t end, std::vector<Row>& rows) {
     for (std::size_t i = begin; i < end; ++i) add(i, searches_[begin / grain], rows);
   });
-  lists_.append(frame.threads, rows_, chunks);
+  lists_.append(frame.threads, rows_, parallel::chunk_count(size, grain));
 }
 
 void EdgeResponse::list_rim_edges(const Frame& frame) {
@@ -88,9 +88,15 @@ void EdgeResponse::list_insets(const Frame& frame) {
               });
 }
 
+void EdgeResponse::sort_rows() {
+  std::ranges::sort(rows_, {}, [](const Row& row) { return row.end.key(); });
+}
+
 std::span<const EdgeResponse::Row> EdgeResponse::begin(const Frame& frame) {
   now_.swap(before_);
   list(frame);
+  list_insets(frame);
+  sort_rows();
   resize_with_room(now_, rows_.size());
   parallel::for_each(frame.threads, rows_.size(), grain, [&](std::size_t i) {
     EdgeEnd& end = rows_[i].end;
@@ -131,15 +137,14 @@ std::span<const EdgeResponse::Row> EdgeResponse::near(const Frame& frame) {
     EdgeEnd& state = now_.emplace_back(last);
     ++state.lost;
     state.acts = false;
-    if (!last.acts) continue;
+    if (!last.acts || last.end == EdgeEnd::inset) continue;
     EdgeEnd end = last;
     end.law.damping = 0.0;
     end.law.slip = {};
     const fem::Coupling coupling = end.coupling();
     const Vec3 apart = fem::relative(coupling, frame.positions);
     const Vec3& direction = end.law.direction;
-    const double together = end.end == EdgeEnd::inset ? 0.0 : end.law.depth;  // depth where they coincide
-    const double depth = together - dot(apart, direction);
+    const double depth = end.law.depth - dot(apart, direction);
     const Vec3 slid = apart - dot(apart, direction) * direction;
     const double speed = length(fem::relative(coupling, frame.velocities));
     state.acts = depth <= 0.0 && -depth <= frame.time_step * speed + frame.fall &&
@@ -157,6 +162,7 @@ bool EdgeResponse::acts(const EdgeEnd& end) const {
 
 std::span<const EdgeResponse::Row> EdgeResponse::meet(const Frame& frame) {
   list(frame);
+  sort_rows();
   std::erase_if(rows_, [&](const Row& row) { return acts(row.end); });
   for (auto& [end, depth, force] : rows_) {
     end.acts = true;

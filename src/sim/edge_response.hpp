@@ -29,7 +29,7 @@ struct EdgeEnd {
   Index edge = -1;
   Index body = -1;
   /// 2 x index of the part along the edge; + 1 for the far end of the part. `inset`: not an end, but a
-  /// position beside a rim; its coupling is with its exit, so the depth is zero if both positions coincide.
+  /// position beside a rim; its coupling is with its exit.
   Index end = 0;
   static constexpr Index inset = -1;
   std::array<Index, 5> points{};         ///< points of its coupling
@@ -66,9 +66,10 @@ struct EdgeEnd {
 ///
 /// Where points support the bodies, those at the borders of flush faces have no force, and soft borders would
 /// sink in. There, edges from a point that is supported to one at a rim act at an inset, a quarter of the
-/// edge beside the rim (RimEdgeSearch::find_inset), with half the stiffness of a contact times the difference
-/// of the falloffs of both points, the falloff of the inset itself, and the part of their support that points
-/// give (PairSupport). No weight depends on a depth, so insets do not react to each other.
+/// edge beside the rim (RimEdgeSearch::find_inset). Its stiffness is half that of a contact times what the
+/// point at the rim lacks by its falloff, the falloff of the inset itself, and the part of their support that
+/// points give (PairSupport). Insets act only where the contact of the supported point has sunk in
+/// noticeably, and are never speculative. No weight falls as the depth of the inset grows.
 class EdgeResponse {
  public:
   /// The force of an edge at one position.
@@ -120,6 +121,7 @@ class EdgeResponse {
   void list_edge_contacts(const Frame& frame);
   void list_rim_edges(const Frame& frame);
   void list_insets(const Frame& frame);
+  void sort_rows();
   void add_edge_contact(const Frame& frame, std::size_t contact, Index number, std::vector<Row>& rows) const;
   void add_rim_edges(const Frame& frame, std::size_t contact, RimEdgeSearch& search,
                      std::vector<Row>& rows) const;
@@ -127,7 +129,8 @@ class EdgeResponse {
   void add_rim_edge(const Frame& frame, Index body, const RimEdge& found, std::vector<Row>& rows) const;
   void add_insets(const Frame& frame, std::size_t contact, RimEdgeSearch& search,
                   std::vector<Row>& rows) const;
-  void add_inset_of_border_edge(const Frame& frame, std::size_t crossing, RimEdgeSearch& search,
+  [[nodiscard]] static double width_of_inset(const Frame& frame, Index edge, Index body);
+  void add_inset_of_border_edge(const Frame& frame, std::size_t number, RimEdgeSearch& search,
                                 std::vector<Row>& rows) const;
   void add_inset(const Frame& frame, Index contact, Index edge, double weight, RimEdgeSearch& search,
                  std::vector<Row>& rows) const;

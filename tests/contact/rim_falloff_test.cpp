@@ -89,7 +89,8 @@ TEST(RimFalloff, OfFadingSidesIsContinuousInTheDirectionAndNotBelowThatOfSharpOn
       const Vec3& x = at(scene.positions, scene.contacts.point[c]);
       const auto both = [&](const Vec3& direction) {
         return std::pair{
-            rims.fading_scale(scene.bodies, scene.positions, x, scene.contacts.tet[c], direction, search),
+            rims.fading_scale(scene.bodies, scene.positions, x, scene.contacts.tet[c], direction,
+                              rims.reach(0), search),
             rims.scale(scene.bodies, scene.positions, x, scene.contacts.tet[c], direction, search)};
       };
       // Near the limit of the box's faces, so that sharp sides jump.

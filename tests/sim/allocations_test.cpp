@@ -19,6 +19,7 @@ Simulation resting_stack(const DetectionSettings& detection, int threads) {
     const double z = 0.02 * slab - 1e-4 * (slab + 1);
     bodies.add("slab " + std::to_string(slab),
                test::box_mesh({8 - slab, 8, 1}, {-0.08, -0.08, z}, {0.08, 0.08, z + 0.02}));
+    // So soft that points still change their cells while the slabs settle.
     materials.push_back(Material{.young_modulus = 3e4, .mass_damping = 2.0, .stiffness_damping = 2e-3});
   }
   SimulationSettings settings;

@@ -275,5 +275,39 @@ TEST(EdgeContactResponse, ARunGoesOnFromASavedStateToTheBit) {
   }
 }
 
+/// A box that slides off over the rim of another one: its edges begin and end to act beside rims.
+TEST(EdgeContactResponse, EachStateOfASlidingBoxCanBeRestored) {
+  const TetMesh box = test::box_mesh({6, 6, 3}, {-0.05, -0.05, -0.025}, {0.05, 0.05, 0.025});
+  const auto make = [&](double speed) {
+    Model model;
+    model.bodies.add("low", box);
+    model.bodies.add("high", moved(box, {0.0, 0.0, 0.04999}));
+    model.materials.assign(2, Material{.young_modulus = 3e4});
+    for (const Vec3& p : model.bodies.points_rest()) {
+      model.fixed_points.push_back(p.z < -0.0249 ? 1 : 0);
+      model.velocities.push_back(p.z > 0.0249 ? Vec3{speed, 0.3 * speed, 0.0} : Vec3{});
+    }
+    SimulationSettings settings;
+    settings.time_step = 0.005;
+    settings.response.friction = 0.05;
+    return Simulation(std::move(model), settings, 1);
+  };
+  std::size_t most = 0;
+  for (const double speed : {0.0, 0.3}) {
+    Simulation whole = make(speed);
+    Simulation resumed = make(speed);
+    for (int step = 0; step < 60; ++step) {
+      resumed.restore(whole.save());
+      whole.step();
+      resumed.step();
+      ASSERT_EQ(resumed.state_hash(), whole.state_hash()) << "step " << step;
+      const ContactForces& forces = whole.acting_contacts();
+      most = std::max(most, static_cast<std::size_t>(
+                                std::ranges::count_if(forces.edge, [](Index edge) { return edge >= 0; })));
+    }
+  }
+  EXPECT_GT(most, 20U) << "edges act";
+}
+
 }  // namespace
 }  // namespace palpate

@@ -42,7 +42,7 @@ void expect_same_state(const std::function<Simulation()>& make, int steps, const
 /// The example "everything": friction, a prescribed rotation, an attachment, plastic tissue of two materials,
 /// self-collision, a load and a grab.
 TEST(SameState, Everything) {
-  expect_same_state([] { return simulate(example("everything")); }, 120, "dbe98869edfbef64");
+  expect_same_state([] { return simulate(example("everything")); }, 120, "7d4ce6295a5948ce");
 }
 
 /// Two tissues that are tied to each other, side by side on a plate and on a third.
@@ -96,7 +96,7 @@ TEST(SameState, TurningBodies) {
     }
     return Simulation(std::move(model), scene.settings, 2);
   };
-  expect_same_state(make, 40, "8d76b260b364ccbe");
+  expect_same_state(make, 40, "18655458b4867c51");
 }
 
 }  // namespace
