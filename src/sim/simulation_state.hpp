@@ -98,6 +98,8 @@ struct Simulation::State {
   bool solve_second_order(const StepMetrics& last);
   void advance();
   [[nodiscard]] double shortest_substep() const;
+  /// Whether the substep may be divided.
+  [[nodiscard]] bool may_divide() const { return 0.5 * substep.length >= shortest_substep(); }
   bool solve_substep(const StepMetrics& last, bool may_divide);
   bool try_substep(const StepMetrics& last, bool may_divide);
   void undo_substep();

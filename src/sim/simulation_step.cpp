@@ -106,11 +106,13 @@ void Simulation::State::begin_step() {
 /// \param steady  contacts are expected to keep their status
 bool Simulation::State::solve(bool loose, bool steady) {
   constexpr double loose_tolerance = 0.03;
+  constexpr int last_means = 4;  // times the iterations, in substeps that may not be divided
   const SolverSettings& solver = settings.solver;
+  const bool is_last = shortest_substep() < settings.time_step && !may_divide();
   const fem::SolveReport report =
       dynamics.solve(contact_set(),
                      {.tolerance = loose ? std::max(loose_tolerance, solver.tolerance) : solver.tolerance,
-                      .max_iterations = solver.max_iterations,
+                      .max_iterations = (is_last ? last_means : 1) * solver.max_iterations,
                       .of_solution = solver.tolerance_of == ToleranceOf::solution,
                       .preconditioner = solver.preconditioner,
                       .rough = loose,

@@ -115,7 +115,7 @@ StepMetrics Simulation::State::divide(StepMetrics last, StepMetrics& sum) {
     substep = {.end = end, .length = 0.5 * whole.length};
     reset_counts();
     set_end();
-    if (try_substep(last, 0.5 * substep.length >= shortest_substep())) {
+    if (try_substep(last, may_divide())) {
       last = metrics;
       sum = joined(sum, last);
     } else {
@@ -138,7 +138,7 @@ void Simulation::State::advance() {
     metrics.order = 2;
     return finish_substep();
   }
-  if (try_substep(last, 0.5 * whole.length >= shortest_substep())) return;
+  if (try_substep(last, may_divide())) return;
   const SavedState start = saved_state();
   StepMetrics sum;
   sum.substeps = 0;
