@@ -161,8 +161,8 @@ struct SolverSettings {
   /// Largest number of solves of a substep. Bodies that meet, or rotate fast, need more than one.
   int max_solves = 40;
   /// A step that does not converge is undone and divided into two substeps, and so are these. No substep is
-  /// shorter than time_step / max_substeps; 1: steps are never divided. 1 to most_substeps. Not used with
-  /// fixed_iterations or a time budget.
+  /// shorter than time_step / max_substeps; 1: steps are never divided. Substeps that may not be divided have
+  /// four times max_iterations. 1 to most_substeps. Not used with fixed_iterations or a time budget.
   int max_substeps = 4;
   static constexpr int most_substeps = 64;  ///< upper bound of max_substeps
 };
