@@ -16,7 +16,7 @@ def block():
 
 
 def test_steps_that_do_not_converge_are_counted_and_warned_of():
-    hasty = palpate.Simulation(block(), solver={"preconditioner": "jacobi", "max_iterations": 1})
+    hasty = palpate.Simulation(block(), solver={"preconditioner": "jacobi", "max_iterations": 1, "max_substeps": 1})
     with pytest.warns(palpate.NotConverged, match=r"NOT CONVERGED in \d+ of 5 steps: do not trust positions"):
         hasty.run(5)
     assert 0 < hasty.steps_not_converged <= 5
