@@ -106,18 +106,20 @@ void Simulation::State::begin_step() {
 /// \param steady  contacts are expected to keep their status
 bool Simulation::State::solve(bool loose, bool steady) {
   constexpr double loose_tolerance = 0.03;
+  constexpr int most = std::numeric_limits<int>::max();
   constexpr int last_means = 4;  // times the iterations, in substeps that may not be divided
   const SolverSettings& solver = settings.solver;
   const bool is_last = shortest_substep() < settings.time_step && !may_divide();
-  const fem::SolveReport report =
-      dynamics.solve(contact_set(),
-                     {.tolerance = loose ? std::max(loose_tolerance, solver.tolerance) : solver.tolerance,
-                      .max_iterations = (is_last ? last_means : 1) * solver.max_iterations,
-                      .of_solution = solver.tolerance_of == ToleranceOf::solution,
-                      .preconditioner = solver.preconditioner,
-                      .rough = loose,
-                      .fixed_iterations = solver.fixed_iterations.value_or(0)},
-                     steady);
+  const fem::SolveReport report = dynamics.solve(
+      contact_set(),
+      {.tolerance = loose ? std::max(loose_tolerance, solver.tolerance) : solver.tolerance,
+       .max_iterations =
+           is_last ? last_means * std::min(solver.max_iterations, most / last_means) : solver.max_iterations,
+       .of_solution = solver.tolerance_of == ToleranceOf::solution,
+       .preconditioner = solver.preconditioner,
+       .rough = loose,
+       .fixed_iterations = solver.fixed_iterations.value_or(0)},
+      steady);
   progress.solves += report.solves;
   metrics.solves = progress.solves;
   metrics.solver_iterations += report.iterations;
