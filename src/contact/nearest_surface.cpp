@@ -129,29 +129,16 @@ constexpr double against = -0.3;
 }  // namespace
 
 double ExitSearch::distance_to_side(const Bodies& bodies, std::span<const Vec3> positions, Index tet,
-                                    const Vec3& p, const Vec3& direction, double radius) {
-  double nearest = radius;
-  walk(
-      bodies, positions, tet, p, -1, [&] { return nearest; },
-      [&](const Vec3& normal) {
-        const double cosine = dot(normalized(normal), direction);
-        return cosine <= along && cosine >= against;
-      },
-      [&](Index, std::size_t, const Vec3&, double distance) { nearest = distance; });
-  return nearest;
-}
-
-double ExitSearch::distance_to_fading_side(const Bodies& bodies, std::span<const Vec3> positions, Index tet,
-                                           const Vec3& p, const Vec3& direction, double radius) {
-  constexpr double band = 0.15;
+                                    const Vec3& p, const Vec3& direction, double radius, double band) {
   double nearest = radius;
   double farther = 0.0;  // of the face that was asked for last
   walk(
       bodies, positions, tet, p, -1, [&] { return nearest; },
       [&](const Vec3& normal) {
         const double cosine = dot(normalized(normal), direction);
-        farther = radius * std::max({0.0, 1.0 - (along - cosine) / band, 1.0 - (cosine - against) / band});
-        return farther < nearest;
+        const double inside = std::min(along - cosine, cosine - against);
+        farther = inside < band ? radius * (1.0 - inside / band) : 0.0;
+        return inside >= 0.0 && farther < nearest;
       },
       [&](Index, std::size_t, const Vec3&, double distance) {
         nearest = std::min(nearest, distance + farther);

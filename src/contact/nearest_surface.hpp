@@ -68,7 +68,7 @@ class ExitSearch {
     walk(
         bodies, positions, tet, p, -1, [&] { return best.distance; }, wanted,
         [&](Index here, std::size_t opposite, const Vec3& q, double distance) {
-          best = {q, face_normal(bodies, positions, here, opposite), distance, here, opposite};
+          best = {q, face_normal(bodies, positions, here, opposite), distance};
         });
     return best;
   }
@@ -76,14 +76,10 @@ class ExitSearch {
   /// Distance of p, a point in `tet`, to the nearest side: a surface triangle whose normal is neither close
   /// to `direction` (cosine above 0.75) nor against it (below -0.3). `radius` if none is nearer. O(tets
   /// nearer than the result).
+  /// \param band  > 0: sides fade in. A side whose cosine is nearer to a limit than this counts as farther
+  ///     away, by up to the radius at the limit. So the distance is a continuous function of `direction`
   double distance_to_side(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
-                          const Vec3& direction, double radius);
-
-  /// The same, but faces fade into sides: a face whose cosine is within 0.15 of a limit counts as farther
-  /// away, by up to the radius at the limit. So it is a continuous function of `direction`. O(tets nearer
-  /// than the result).
-  double distance_to_fading_side(const Bodies& bodies, std::span<const Vec3> positions, Index tet,
-                                 const Vec3& p, const Vec3& direction, double radius);
+                          const Vec3& direction, double radius, double band = 0.0);
 
   /// Whether distance_to_side() would still find none within `radius` after each corner has moved by up to
   /// `moved` and `direction` has changed by up to `rotated`. False if this is not certain. O(tets within the

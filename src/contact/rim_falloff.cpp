@@ -106,9 +106,10 @@ double RimFalloff::scale(const Bodies& bodies, std::span<const Vec3> positions, 
 
 double RimFalloff::fading_scale(const Bodies& bodies, std::span<const Vec3> positions, const Vec3& x,
                                 Index tet, const Vec3& direction, double width, ExitSearch& search) const {
+  constexpr double band = 0.15;  // of cosines
   const Rim& rim = at(rims_, bodies.body_of(at(bodies.tets(), tet)));
   return between(std::min(rim.inner, 0.5 * width), width,
-                 search.distance_to_fading_side(bodies, positions, tet, x, direction, width));
+                 search.distance_to_side(bodies, positions, tet, x, direction, width, band));
 }
 
 double RimFalloff::scale(const Bodies& bodies, std::span<const Vec3> positions, const Contacts& contacts,

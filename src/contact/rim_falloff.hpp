@@ -52,7 +52,7 @@ class RimFalloff {
   /// The scale at `x`, a position in `tet` that leaves the tet's body along `direction`, without the cache.
   [[nodiscard]] double scale(const Bodies& bodies, std::span<const Vec3> positions, const Vec3& x, Index tet,
                              const Vec3& direction, ExitSearch& search) const;
-  /// The same with sides that fade in (ExitSearch::distance_to_fading_side): never below scale() if `width`,
+  /// The same with sides that fade in (ExitSearch::distance_to_side): never below scale() if `width`,
   /// the distance from a side at which it reaches one, is the reach. A narrower one has a narrower zone of
   /// zero, too.
   [[nodiscard]] double fading_scale(const Bodies& bodies, std::span<const Vec3> positions, const Vec3& x,

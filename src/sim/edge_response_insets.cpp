@@ -17,6 +17,13 @@ double weight_between(double inner, double outer, double reach, double width) {
   return (1.0 - outer) * std::clamp((inner - outer) * reach / width, 0.0, 1.0);
 }
 
+/// 0 to 1: 1 if the contact of a supported point is so deep that borders beside it sink in noticeably.
+double sunk(const EdgeResponse::Frame& frame, Index contact) {
+  constexpr double full = 0.008;  // of the reach
+  const Contacts& contacts = frame.table.contacts();
+  return std::min(1.0, at(contacts.depth, contact) / (full * frame.rims.reach(at(contacts.body, contact))));
+}
+
 }  // namespace
 
 /// Distance from a side at which an inset of an edge has its full force, m.
@@ -38,6 +45,7 @@ void EdgeResponse::add_insets(const Frame& frame, std::size_t contact, RimEdgeSe
     const Index there = frame.table.find(frame.bodies.other_end(edge, point), body);
     // With sides that fade in, the falloff is not smaller, so only one end of an edge can be the outer one.
     if (there < 0 || at(frame.scales, there) <= frame.scales[contact]) continue;
+    if (sunk(frame, there) <= least_weight) continue;  // before the walk
     if (outer < 0.0)
       outer = search.scale_of({frame.bodies, frame.positions, frame.table, reach}, contact, frame.rims);
     add_inset(frame, there, edge,
@@ -56,7 +64,8 @@ void EdgeResponse::add_inset_of_border_edge(const Frame& frame, std::size_t numb
   if (crossing.parameter <= 1.0 - Inset::beside) return;
   const BorderEdge& border = at(frame.surfaces.border_edges->edges(), crossing.border_edge);
   const double inner = at(frame.scales, border.contact);
-  if (inner <= least_weight || frame.flush.covers(crossing.triangle)) return;
+  if (inner <= least_weight || sunk(frame, border.contact) <= least_weight) return;
+  if (frame.flush.covers(crossing.triangle)) return;
   const auto is_nearer = [&](std::size_t i) {
     return all[i].parameter < crossing.parameter || (all[i].parameter == crossing.parameter && i < number);
   };
@@ -88,10 +97,7 @@ void EdgeResponse::add_inset(const Frame& frame, Index contact, Index edge, doub
   const Edge& ends = at(frame.bodies.edges(), edge);
   const Index own = frame.bodies.body_of(ends);
   const Index body = at(frame.table.contacts().body, contact);
-  constexpr double full =
-      0.008;  // depth over reach: borders do not sink in noticeably below contacts of less
-  const double depth = at(frame.table.contacts().depth, contact);
-  weight *= (1.0 - support_.lack(own, body)) * std::min(1.0, depth / (full * frame.rims.reach(body)));
+  weight *= (1.0 - support_.lack(own, body)) * sunk(frame, contact);
   if (weight <= least_weight) return;
   Inset inset;
   if (!search.find_inset({frame.bodies, frame.positions, frame.table, frame.rims.reach(body)}, contact, edge,
