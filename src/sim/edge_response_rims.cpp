@@ -24,6 +24,14 @@ double crease(const EdgeResponse::Frame& frame, Index edge) {
   return std::clamp((none - dot(normal(first), normal(second))) / (none - surely), 0.0, 1.0);
 }
 
+/// Factor of the force at an end in contact: zero if it has just entered through a face away from rims. It
+/// had no force there before it entered, whatever the depth of the edge.
+double entered(const EdgeResponse::Frame& frame, Index contact, double depth) {
+  constexpr double surely = 0.25;  // of the depth of the edge
+  const double part = std::min(1.0, at(frame.table.contacts().depth, contact) / (surely * depth));
+  return 1.0 - at(frame.scales, contact) * (1.0 - part);
+}
+
 /// Whether an edge leaves, or its exit leads, through a face that lies flush on another body.
 bool is_at_seam(const EdgeResponse::Frame& frame, Index body, const RimEdge& found) {
   if (found.triangle >= 0 && frame.flush.covers(found.triangle)) return true;
@@ -76,13 +84,15 @@ void EdgeResponse::add_rim_edge(const Frame& frame, Index body, const RimEdge& f
   if (most <= least_weight || is_at_seam(frame, body, found)) return;
   const double whole_stiffness = stiffness_of_an_end(frame, own, body);
   for (std::size_t i = 0; i < 2; ++i) {
-    EdgeEnd end = end_of(found.edge, body, static_cast<Index>(i), beyond_least(most) * whole_stiffness,
-                         found.depth, found.direction);
     const Index c = found.contacts[i];
+    Meeting here{};
+    if (c < 0) here = meeting(frame, edge, found.triangle, found.parameter, found.direction);
+    const double weight = most * (c < 0 ? here.side : entered(frame, c, found.depth));
+    EdgeEnd end = end_of(found.edge, body, static_cast<Index>(i), beyond_least(weight) * whole_stiffness,
+                         found.depth, found.direction);
+    if (!(end.law.stiffness > 0.0)) continue;
     if (c < 0) {
-      const Meeting here = meeting(frame, edge, found.triangle, found.parameter, found.direction);
-      end.law.stiffness = beyond_least(most * here.side) * whole_stiffness;
-      if (end.law.stiffness > 0.0) add_at_triangle(frame, edge, here, end, rows);
+      add_at_triangle(frame, edge, here, end, rows);
       continue;
     }
     const fem::Coupling coupling = coupling_of(

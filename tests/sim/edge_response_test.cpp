@@ -11,6 +11,7 @@
 
 #include "geometry/vector.hpp"
 #include "sim/exact_runs.hpp"
+#include "sim/examples.hpp"
 #include "support/mean.hpp"
 #include "support/meshes.hpp"
 
@@ -85,6 +86,32 @@ TEST(EdgeContactResponse, ABarThatIsNotSupportedTipsOver) {
   EXPECT_GT(centre(simulation, 1).z, 0.015) << "it does not fall through";
   for (int step = 0; step < 150; ++step) simulation.step();
   EXPECT_LT(centre(simulation, 1).z, -0.1);
+}
+
+/// The middle of the ridge comes into contact as the bar bends over it, while the edges beside it are deep.
+TEST(EdgeContactResponse, ABarThatBendsOverARidgeDoesNotTremble) {
+  Simulation simulation = test::simulate(test::example("attached"));
+  const Index bar = test::body_named(simulation, "bar");
+  const Bodies& bodies = simulation.bodies();
+  test::run_to(simulation, 0.37);
+  // The point of the bar that is nearest to the ridge, which is at x = 0.07 along y.
+  Index lowest = -1;
+  double nearest = 1.0;
+  const Range points = at(bodies.bodies(), bar).points;
+  for (Index p = points.begin; p < points.end; ++p) {
+    const double distance = length(at(simulation.positions(), p) - Vec3{0.07, 0.0, std::sqrt(2e-4)});
+    if (distance < nearest) lowest = p;
+    nearest = std::min(nearest, distance);
+  }
+  EXPECT_LT(nearest, 1.5e-3);
+  std::vector<double> heights;
+  for (int step = 0; step < 18; ++step) {
+    heights.push_back(at(simulation.positions(), lowest).z);
+    simulation.step();
+  }
+  for (std::size_t i = 2; i < heights.size(); ++i) {
+    EXPECT_LT(std::abs(heights[i] - 2.0 * heights[i - 1] + heights[i - 2]), 2e-5) << "step " << i;
+  }
 }
 
 struct Alignment {
