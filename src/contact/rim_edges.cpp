@@ -78,6 +78,8 @@ bool RimEdgeSearch::find_border(const Frame& frame, Index c, const EdgeLine& lin
   const double part = ahead.distance / whole;
   found.parameter = first_inside ? part : 1.0 - part;
   LineExit exit = silhouettes_.nearest(frame.bodies, frame.positions, found.triangle, line, frame.reach);
+  // The walk began inside, but the edge itself leaves before, beside this face.
+  if (exit.has_left) return false;
   const LineExit through = exit_through_face(frame, line, found.triangle, ahead.distance);
   if (through.distance < exit.distance || exit.direction == Vec3{}) exit = through;
   found.beyond = exit.beyond;

@@ -56,6 +56,18 @@ Vec3 SilhouetteSearch::direction_over(std::span<const Vec3> positions, const Edg
   return normalized(outward);
 }
 
+/// Whether the line does not pass through the triangle of a side, but beyond the side.
+bool SilhouetteSearch::is_beyond(std::span<const Vec3> positions, const EdgeLine& line, std::size_t side,
+                                 Index third) const {
+  const double distance = sides_.distance[side];
+  const double l2 = sides_.length2[side];
+  if (!(distance * distance > at_side * at_side * l2)) return false;
+  const Vec3 a = across(at(positions, sides_.from[side]) - line.x, line.d);
+  const Vec3 ab = across(at(positions, sides_.to[side]) - line.x, line.d) - a;
+  const Vec3 inward = across(at(positions, third) - line.x, line.d) - a;
+  return dot(cross(ab, a), cross(ab, inward)) > 0.0;
+}
+
 void SilhouetteSearch::consider(const Bodies& bodies, std::span<const Vec3> positions, const EdgeLine& line,
                                 const Reached& here, Best& best) {
   const Triangle& corners = at(bodies.triangles(), here.triangle);
@@ -72,8 +84,17 @@ void SilhouetteSearch::consider(const Bodies& bodies, std::span<const Vec3> posi
     const bool goes_on = other >= 0 && facing > edge_on;
     if (!goes_on) {
       const Vec3 direction = direction_over(positions, line, i, corners[i]);
+      if (distance < best.nearest) {
+        best.nearest = distance;
+        best.exit.has_left =
+            !line.is_own && line.allowance(-direction) == 0.0 && is_beyond(positions, line, i, corners[i]);
+      }
       const double bound = distance + line.allowance(direction);
-      if (bound < best.bound) best = {{distance, direction, other}, bound};
+      if (bound >= best.bound) continue;
+      best.exit.distance = distance;
+      best.exit.direction = direction;
+      best.exit.beyond = other;
+      best.bound = bound;
     } else if (!has_reached(other)) {
       reached_.push_back(other);
       heap_.push_back({distance, other, here.triangle});

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -15,6 +16,9 @@ struct LineExit {
   double distance = 0.0;  ///< m
   Vec3 direction;     ///< unit, across the line: after moving by the distance along it, the line only touches
   Index beyond = -1;  ///< triangle on the other side of the silhouette there
+  /// The line passes beside the triangles that were searched, beyond a silhouette over which it can leave.
+  /// Not known of a line of the same body, for which silhouettes at its own edge do not count.
+  bool has_left = false;
 };
 
 /// A straight line that is an edge of another body, or of another part of the same one.
@@ -63,12 +67,15 @@ class SilhouetteSearch {
   };
   struct Best {
     LineExit exit;
-    double bound = 0.0;  ///< its distance and allowance
+    double bound = 0.0;                                        ///< its distance and allowance
+    double nearest = std::numeric_limits<double>::infinity();  ///< distance of the nearest outline
   };
   void consider(const Bodies& bodies, std::span<const Vec3> positions, const EdgeLine& line,
                 const Reached& here, Best& best);
   void find_sides(const Bodies& bodies, std::span<const Vec3> positions, const EdgeLine& line,
                   Index triangle);
+  [[nodiscard]] bool is_beyond(std::span<const Vec3> positions, const EdgeLine& line, std::size_t side,
+                               Index third) const;
   [[nodiscard]] Vec3 direction_over(std::span<const Vec3> positions, const EdgeLine& line, std::size_t side,
                                     Index third) const;
   [[nodiscard]] bool has_reached(Index triangle) const;
