@@ -79,7 +79,7 @@ Equilibrium equilibrium(const Bodies& bodies, const Materials& materials,
                         const std::function<Vec3(const Vec3&)>& place) {
   Dynamics dynamics(bodies, materials, held, std::vector<std::uint8_t>(1, 0), parallel::Threads(1));
   dynamics.set_positions(mapped(bodies, place));
-  settle(dynamics, {}, 5, 1e-8, 4000);
+  settle(dynamics, {}, 5, 1e-6, 4000);
   Elements elements(bodies, materials, std::vector<std::uint8_t>(1, 0));
   elements.update(parallel::Threads(1), dynamics.positions());
   Equilibrium found{{dynamics.positions().begin(), dynamics.positions().end()}, point_forces(elements)};
