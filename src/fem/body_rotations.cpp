@@ -242,6 +242,12 @@ bool BodyRotations::any() const {
   return std::ranges::any_of(frames_, [](const Frame& frame) { return frame.angle != Vec3{}; });
 }
 
+double BodyRotations::largest_angle() const {
+  double largest = 0.0;
+  for (const Frame& frame : frames_) largest = std::max(largest, length(frame.angle));
+  return largest;
+}
+
 Vec3 BodyRotations::displacement(Index body, const Vec3& position) const {
   const Frame& frame = at(frames_, body);
   if (frame.angle == Vec3{}) return {};

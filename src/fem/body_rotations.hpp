@@ -75,6 +75,8 @@ class BodyRotations {
   [[nodiscard]] Vec3 turned_velocity(Index body, const Vec3& position, const Vec3& velocity) const;
   /// Whether any body has a rotated frame.
   [[nodiscard]] bool any() const;
+  /// The largest angle of a frame, rad.
+  [[nodiscard]] double largest_angle() const;
   /// Chooses the bodies whose points move along arcs instead of the straight paths of a solution with these
   /// `velocities`: those that straight paths would expand. Returns whether there are any. O(n_points).
   /// \param held  per body, 1 if its points do not move freely: it gets no arcs

@@ -131,6 +131,8 @@ class Dynamics {
     return second_order_ ? start_positions_ : positions_;
   }
   [[nodiscard]] bool is_second_order() const { return second_order_; }
+  /// The largest angle by which a body rotates in the step, as a whole, rad; 0 for small ones.
+  [[nodiscard]] double largest_rotation() const { return second_order_ ? 0.0 : rotations_.largest_angle(); }
   /// Length of the implicit Euler step that is solved, s: 2/3 of the time step after start_second_order(),
   /// otherwise all of it.
   [[nodiscard]] double step_length(double time_step) const {

@@ -10,6 +10,9 @@
 namespace palpate {
 namespace {
 
+/// Angle of a body in a substep from which on it is divided, rad. Soft bodies that spin faster gain energy.
+constexpr double most_rotation = 2.0;
+
 /// Adds the work of an attempt at a substep, which may have failed.
 void add_work(const StepMetrics& of, StepMetrics& sum) {
   sum.solves += of.solves;
@@ -56,9 +59,9 @@ void Simulation::State::finish_substep() {
 }
 
 /// Solves the substep with implicit Euler. If it fails, restores the state before it.
-/// \param may_divide  if it does not converge or throws an Error, the state is restored, too, and false
-/// returned. Without it, this is so only where passes are stopped: if passes remain and it does not converge
-/// (unless iterations are fixed), or if it throws an Error
+/// \param may_divide  if it does not converge, rotates a body too far or throws an Error, the state is
+/// restored, too, and false returned. Without it, this is so only where passes are stopped: if passes remain
+/// and it does not converge (unless iterations are fixed), or if it throws an Error
 bool Simulation::State::solve_substep(const StepMetrics& last, bool may_divide) {
   metrics.order = 1;
   DetectorSteps::hold(detector);
@@ -67,7 +70,8 @@ bool Simulation::State::solve_substep(const StepMetrics& last, bool may_divide) 
     const bool converged = solve_step(last).converged;
     const bool passes_remain = progress.may_stop && metrics.passes > 0;
     const bool must_converge = may_divide || (passes_remain && !settings.solver.fixed_iterations);
-    solved = !stops_fail() && (converged || !must_converge);
+    const bool rotates_far = may_divide && dynamics.largest_rotation() > most_rotation;
+    solved = !stops_fail() && !rotates_far && (converged || !must_converge);
   } catch (const Error&) {
     if (!may_divide && progress.stopped_passes == 0) {
       undo_substep();
