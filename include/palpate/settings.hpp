@@ -160,9 +160,10 @@ struct SolverSettings {
   std::optional<int> fixed_iterations{};
   /// Largest number of solves of a substep. Bodies that meet, or rotate fast, need more than one.
   int max_solves = 40;
-  /// A step that does not converge is undone and divided into two substeps, and so are these. No substep is
-  /// shorter than time_step / max_substeps; 1: steps are never divided. Substeps that may not be divided have
-  /// four times max_iterations. 1 to most_substeps. Not used with fixed_iterations or a time budget.
+  /// A step that does not converge, or in which a body rotates by more than 2 rad, is undone and divided into
+  /// two substeps, and so are these. No substep is shorter than time_step / max_substeps; 1: steps are never
+  /// divided. Substeps that may not be divided have four times max_iterations, and bodies may rotate further.
+  /// 1 to most_substeps. Not used with fixed_iterations or a time budget.
   int max_substeps = 4;
   static constexpr int most_substeps = 64;  ///< upper bound of max_substeps
 };

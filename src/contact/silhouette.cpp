@@ -42,30 +42,34 @@ void SilhouetteSearch::find_sides(const Bodies& bodies, std::span<const Vec3> po
   simd::find_sides(positions.data(), line.x, line.d, sides_);
 }
 
-/// Direction of the exit over a side. A line that is nearly at the side leaves across it.
-Vec3 SilhouetteSearch::direction_over(std::span<const Vec3> positions, const EdgeLine& line, std::size_t side,
-                                      Index third) const {
-  const double distance = sides_.distance[side];
+/// Vector out of the triangle over a side, across the line.
+Vec3 SilhouetteSearch::outward_over(std::span<const Vec3> positions, const EdgeLine& line, std::size_t side,
+                                    Index third) const {
   const double l2 = sides_.length2[side];
-  if (distance * distance > at_side * at_side * l2)
-    return (1.0 / distance) * Vec3{sides_.x[side], sides_.y[side], sides_.z[side]};
   const Vec3 a = across(at(positions, sides_.from[side]) - line.x, line.d);
   const Vec3 ab = across(at(positions, sides_.to[side]) - line.x, line.d) - a;
   const Vec3 inward = across(at(positions, third) - line.x, line.d) - a;
-  const Vec3 outward = l2 > 0.0 ? (dot(inward, ab) / l2) * ab - inward : -inward;
-  return normalized(outward);
+  return l2 > 0.0 ? (dot(inward, ab) / l2) * ab - inward : -inward;
 }
 
-/// Whether the line does not pass through the triangle of a side, but beyond the side.
-bool SilhouetteSearch::is_beyond(std::span<const Vec3> positions, const EdgeLine& line, std::size_t side,
-                                 Index third) const {
+/// \param third   corner of the triangle that is opposite to the side
+/// \param beyond  the triangle beyond
+void SilhouetteSearch::consider_outline(std::span<const Vec3> positions, const EdgeLine& line,
+                                        std::size_t side, Index third, Index beyond, Best& best) const {
   const double distance = sides_.distance[side];
-  const double l2 = sides_.length2[side];
-  if (!(distance * distance > at_side * at_side * l2)) return false;
-  const Vec3 a = across(at(positions, sides_.from[side]) - line.x, line.d);
-  const Vec3 ab = across(at(positions, sides_.to[side]) - line.x, line.d) - a;
-  const Vec3 inward = across(at(positions, third) - line.x, line.d) - a;
-  return dot(cross(ab, a), cross(ab, inward)) > 0.0;
+  // A line that is nearly at the side leaves across it.
+  const bool is_apart = distance * distance > at_side * at_side * sides_.length2[side];
+  const Vec3 direction = is_apart ? (1.0 / distance) * Vec3{sides_.x[side], sides_.y[side], sides_.z[side]}
+                                  : normalized(outward_over(positions, line, side, third));
+  if (distance < best.nearest) {
+    best.nearest = distance;
+    best.exit.has_left = is_apart && !line.is_own && line.allowance(-direction) == 0.0 &&
+                         dot(direction, outward_over(positions, line, side, third)) < 0.0;
+  }
+  const double bound = distance + line.allowance(direction);
+  if (bound >= best.bound) return;
+  best.exit = {distance, direction, beyond, best.exit.has_left};
+  best.bound = bound;
 }
 
 void SilhouetteSearch::consider(const Bodies& bodies, std::span<const Vec3> positions, const EdgeLine& line,
@@ -83,18 +87,7 @@ void SilhouetteSearch::consider(const Bodies& bodies, std::span<const Vec3> posi
     const double facing = ahead_ ? sides_.facing[i] : -sides_.facing[i];
     const bool goes_on = other >= 0 && facing > edge_on;
     if (!goes_on) {
-      const Vec3 direction = direction_over(positions, line, i, corners[i]);
-      if (distance < best.nearest) {
-        best.nearest = distance;
-        best.exit.has_left =
-            !line.is_own && line.allowance(-direction) == 0.0 && is_beyond(positions, line, i, corners[i]);
-      }
-      const double bound = distance + line.allowance(direction);
-      if (bound >= best.bound) continue;
-      best.exit.distance = distance;
-      best.exit.direction = direction;
-      best.exit.beyond = other;
-      best.bound = bound;
+      consider_outline(positions, line, i, corners[i], other, best);
     } else if (!has_reached(other)) {
       reached_.push_back(other);
       heap_.push_back({distance, other, here.triangle});

@@ -72,12 +72,12 @@ class SilhouetteSearch {
   };
   void consider(const Bodies& bodies, std::span<const Vec3> positions, const EdgeLine& line,
                 const Reached& here, Best& best);
+  void consider_outline(std::span<const Vec3> positions, const EdgeLine& line, std::size_t side, Index third,
+                        Index beyond, Best& best) const;
   void find_sides(const Bodies& bodies, std::span<const Vec3> positions, const EdgeLine& line,
                   Index triangle);
-  [[nodiscard]] bool is_beyond(std::span<const Vec3> positions, const EdgeLine& line, std::size_t side,
-                               Index third) const;
-  [[nodiscard]] Vec3 direction_over(std::span<const Vec3> positions, const EdgeLine& line, std::size_t side,
-                                    Index third) const;
+  [[nodiscard]] Vec3 outward_over(std::span<const Vec3> positions, const EdgeLine& line, std::size_t side,
+                                  Index third) const;
   [[nodiscard]] bool has_reached(Index triangle) const;
 
   bool ahead_ = false;         ///< triangles face along the line
