@@ -65,13 +65,6 @@ class ContactTable {
     }
     return contacts.body == body ? contacts.first : -1;
   }
-  /// The contacts of a point: `count` rows from `first` on.
-  struct OfPoint {
-    Index first;
-    Index count;
-    Index body;  ///< body of the first contact; -1: no contact
-  };
-  [[nodiscard]] std::span<const OfPoint> of_points() const { return of_point_; }  ///< (n_points)
   /// The row of a contact, or of an ended one, or -1. O(bodies that the point is in + log(ended)).
   [[nodiscard]] Index row_of(Index point, Index body) const;
   /// (size()) the row of each contact in the last table, -1: none. Rows from that table's size() on are
@@ -103,6 +96,12 @@ class ContactTable {
   void set_history(const ContactHistory& contacts);
 
  private:
+  /// The contacts of a point: `count` rows from `first` on.
+  struct OfPoint {
+    Index first;
+    Index count;
+    Index body;  ///< body of the first contact; -1: no contact
+  };
   /// States of all rows, and keys of the ended ones.
   struct RowStates {
     std::vector<Index> point;

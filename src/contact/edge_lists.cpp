@@ -27,6 +27,8 @@ constexpr std::size_t crowded = 640;
 /// Stored pairs, all together, from which on lists have no margin while no motion is known: a single
 /// detection of a large scene needs no memory for them.
 constexpr std::size_t most_at_first = std::size_t{1} << 18;
+/// NearEdges::apart of a pair with an end in contact with the other body.
+constexpr float apart_by_contact = std::numeric_limits<float>::infinity();
 
 }  // namespace
 
@@ -41,7 +43,7 @@ void EdgeQuery::free_lost(const Frame& frame) {
       const auto [a, b] = groups.clusters(i);
       if (!lost_.has_lost(a) && !lost_.has_lost(b)) return;
       const auto list = std::span(near_.apart).subspan(groups.begin[i], groups.listed[i]);
-      std::ranges::replace(list, simd::apart_by_contact, 0.0F);
+      std::ranges::replace(list, apart_by_contact, 0.0F);
       groups.apart[i] = 0.0F;
     });
   }
@@ -202,21 +204,19 @@ class EdgeQuery::Tests {
     float& apart = groups.apart[group];
     apart = std::numeric_limits<float>::max();
     const float moved = groups.moved[group];
-    const simd::ContactsOfEdges contacts = frame_.contacts_of_edges(bodies);
     const std::size_t end = groups.begin[group] + groups.listed[group];
     std::array<std::int32_t, most_at_once + Cluster::most_primitives> reached;
     for (std::size_t begin = groups.begin[group]; begin < end; begin += most_at_once) {
-      const simd::ReachedPairs found =
-          simd::find_reached({&near_.edge[begin], &near_.apart[begin], std::min(most_at_once, end - begin)},
-                             moved, apart, contacts, reached.data());
+      const simd::ReachedPairs found = simd::find_reached(
+          {&near_.apart[begin], std::min(most_at_once, end - begin)}, moved, apart, reached.data());
       apart = std::min(apart, found.least);
       if (found.size == 0) continue;
       if (!waiting_.has_room(found.size)) finish();
       const std::size_t before = waiting_.size();
       for (const std::int32_t i : std::span(reached).first(found.size)) {
-        const std::size_t place = begin + static_cast<std::size_t>(i & ~simd::ReachedPairs::unsure);
-        if (i >= simd::ReachedPairs::unsure && frame_.has_end_in_contact(near_.edge[place], bodies)) {
-          near_.apart[place] = simd::apart_by_contact;
+        const std::size_t place = begin + static_cast<std::size_t>(i);
+        if (frame_.has_end_in_contact(near_.edge[place], bodies)) {
+          near_.apart[place] = apart_by_contact;
           continue;
         }
         places_[waiting_.add(near_.edge[place], near_.triangle[place])] = place;

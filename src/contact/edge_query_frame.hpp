@@ -1,7 +1,6 @@
 #pragma once
 
 #include "contact/edge_query.hpp"
-#include "simd/reached_pairs.hpp"
 
 namespace palpate {
 
@@ -15,15 +14,11 @@ struct EdgeQuery::Frame {
   const Deadline& deadline;
   SurfaceFrame surface;
 
-  [[nodiscard]] simd::ContactsOfEdges contacts_of_edges(const IndexPair& of) const {
-    static_assert(sizeof(ContactTable::OfPoint) == 3 * sizeof(Index));
-    return {bodies.edges().data(), &contacts.of_points().data()->first, of.first, of.second,
-            at(bodies.bodies(), of.first).points};
-  }
   /// Whether an end of an edge of one of two bodies is in contact with the other one.
   [[nodiscard]] bool has_end_in_contact(Index edge, const IndexPair& of) const {
     const Edge& ends = at(bodies.edges(), edge);
-    const Index body = at(bodies.body_of_point(), ends[0]) == of.first ? of.second : of.first;
+    const bool is_of_first = at(bodies.bodies(), of.first).points.contains(ends[0]);
+    const Index body = is_of_first ? of.second : of.first;
     return contacts.find(ends[0], body) >= 0 || contacts.find(ends[1], body) >= 0;
   }
 };

@@ -114,48 +114,6 @@ HWY_INLINE Vector cross(const Vector& a, const Vector& b) {
 HWY_INLINE Float dot(const Vector& a, const Vector& b) {
   return hn::MulAdd(a.z, b.z, hn::MulAdd(a.y, b.y, hn::Mul(a.x, b.x)));
 }
-/// The corners of a cluster as structure of arrays, relative to the lower corner of its box.
-struct Corners {
-  alignas(64) std::array<float, Cluster::most_points> x;
-  alignas(64) std::array<float, Cluster::most_points> y;
-  alignas(64) std::array<float, Cluster::most_points> z;
-  alignas(64) std::array<std::int32_t, Cluster::most_points> name;
-};
-
-HWY_INLINE void spread_out(const ClusterBlock& block, std::size_t c, Corners& corners) {
-  const FixedPoint& lower = block.box[c].lower;
-  for (std::size_t i = 0; i < block.cluster[c]->points; i += lanes()) {
-    Int x;
-    Int y;
-    Int z;
-    Int name;
-    hn::LoadInterleaved4(ints, &block.corners[c][i].x, x, y, z, name);
-    hn::Store(hn::ConvertTo(floats, hn::Sub(x, hn::Set(ints, lower.x))), floats, corners.x.data() + i);
-    hn::Store(hn::ConvertTo(floats, hn::Sub(y, hn::Set(ints, lower.y))), floats, corners.y.data() + i);
-    hn::Store(hn::ConvertTo(floats, hn::Sub(z, hn::Set(ints, lower.z))), floats, corners.z.data() + i);
-    hn::Store(name, ints, corners.name.data() + i);
-  }
-}
-
-/// The numbers at indices 0 to 31 of an array.
-HWY_INLINE Float pick(const std::array<float, Cluster::most_points>& from, Int places) {
-  if constexpr (hn::MaxLanes(Floats()) == 16) {
-    const auto half = hn::IndicesFromVec(floats, hn::And(places, hn::Set(ints, 15)));
-    const auto upper = hn::RebindMask(floats, hn::Gt(places, hn::Set(ints, 15)));
-    return hn::IfThenElse(upper, hn::TableLookupLanes(hn::Load(floats, from.data() + 16), half),
-                          hn::TableLookupLanes(hn::Load(floats, from.data()), half));
-  } else {
-    return hn::GatherIndex(floats, from.data(), places);
-  }
-}
-
-HWY_INLINE Vector corner_of(const Corners& corners, const Cluster& cluster, std::size_t corner,
-                            std::size_t lane) {
-  const hn::Rebind<std::uint8_t, Ints> bytes;
-  const Int places = hn::PromoteTo(ints, hn::LoadU(bytes, cluster.corners[corner].data() + lane));
-  return {pick(corners.x, places), pick(corners.y, places), pick(corners.z, places)};
-}
-
 }  // namespace
 }  // namespace palpate::simd::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

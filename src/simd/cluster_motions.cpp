@@ -1,7 +1,8 @@
 #include "simd/cluster_motions.hpp"
 
 #include <algorithm>
-#include <bit>
+#include <array>
+#include <cmath>
 #include <limits>
 
 #undef HWY_TARGET_INCLUDE
@@ -12,6 +13,7 @@
 // Our headers are compiled for each target, so they come after that.
 #include "simd/cluster_lanes-inl.hpp"
 #include "simd/point_lanes-inl.hpp"
+#include "simd/row_lanes-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace palpate::simd::HWY_NAMESPACE {
@@ -132,20 +134,24 @@ HWY_INLINE FollowedPoints follow_clusters(const Vec3* now, const Vec3* before, c
   return result;
 }
 
-/// Number k of half a box, of each of these clusters.
-HWY_INLINE Float pick(const std::array<float, 4>& numbers, std::size_t k, Int cluster) {
-  constexpr int size = std::countr_zero(sizeof(DisplacementBox) / sizeof(float));
-  return hn::GatherIndex(floats, numbers.data() + k, hn::ShiftLeft<size>(cluster));
+/// The largest distance of two displacements of two boxes, along each axis.
+HWY_INLINE void put_furthest(const DisplacementBox& a, const DisplacementBox& b, float* to) {
+#if HWY_TARGET == HWY_SCALAR
+  for (std::size_t k = 0; k < 3; ++k) to[k] = std::abs(a.middle[k] - b.middle[k]) + (a.half[k] + b.half[k]);
+#else
+  const hn::FixedTag<float, 4> row;
+  const auto load = [&](const std::array<float, 4>& from) HWY_ATTR { return hn::Load(row, from.data()); };
+  const auto middle = hn::Sub(load(a.middle), load(b.middle));
+  hn::Store(hn::Add(hn::Abs(middle), hn::Add(load(a.half), load(b.half))), row, to);
+#endif
 }
-/// The largest distance of two displacements of two boxes along an axis.
-HWY_INLINE Float furthest(const DisplacementBox* motions, std::size_t k, Int a, Int b) {
-  const Float middle = hn::Sub(pick(motions->middle, k, a), pick(motions->middle, k, b));
-  return hn::Add(hn::Abs(middle), hn::Add(pick(motions->half, k, a), pick(motions->half, k, b)));
-}
-HWY_INLINE Float furthest(const DisplacementBox* motions, Int a, Int b) {
-  const Float x = furthest(motions, 0, a, b);
-  const Float y = furthest(motions, 1, a, b);
-  const Float z = furthest(motions, 2, a, b);
+/// The largest distance of two displacements of the boxes of each pair.
+HWY_INLINE Float furthest(const DisplacementBox* motions, const Index* first, const Index* second,
+                          std::size_t size) {
+  alignas(64) std::array<float, 4> rows[lanes()];
+  for (std::size_t i = 0; i < size; ++i) put_furthest(motions[first[i]], motions[second[i]], rows[i].data());
+  for (std::size_t i = size; i < lanes(); ++i) rows[i] = {};
+  const auto [x, y, z] = load_rows(floats, [&](std::size_t lane) HWY_ATTR { return rows[lane].data(); });
   const Float square = hn::MulAdd(x, x, hn::MulAdd(y, y, hn::Mul(z, z)));
   constexpr float smallest = 1e-30F;  // square with full precision
   const Float distance =
@@ -171,8 +177,7 @@ std::size_t move_pairs(const DisplacementBox* motions, const MovingPairs& pairs,
     const std::size_t here = std::min(lanes(), end - i);
     const auto ours = hn::FirstN(floats, here);
     const auto read = [&](const float* column) HWY_ATTR { return load_some(floats, column + i, here); };
-    const auto of_pair = [&](const Index* column) HWY_ATTR { return load_some(ints, column + i, here); };
-    const Float by = furthest(motions, of_pair(pairs.first), of_pair(pairs.second));
+    const Float by = furthest(motions, pairs.first + i, pairs.second + i, here);
     const Float usual = hn::Max(by, hn::Mul(hn::Set(floats, 0.5F), read(pairs.usual)));
     const Float before = read(pairs.moved);
     constexpr float rounding = 1.0F + 2.4e-7F;

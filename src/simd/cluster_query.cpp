@@ -11,7 +11,7 @@
 // Highway needs its own header after foreach_target.h.
 #include <hwy/highway.h>
 // Our header is compiled for each target, so it comes after that.
-#include "simd/cluster_lanes-inl.hpp"
+#include "simd/cluster_corners-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace palpate::simd::HWY_NAMESPACE {
@@ -175,10 +175,10 @@ HWY_INLINE void make_planes(const ClusterBlock& block, std::size_t c, const Corn
   const Float bound = hn::Set(floats, widening.bound);
   for (std::size_t lane = 0; lane < Cluster::most_primitives; lane += lanes()) {
     const Cluster& cluster = *block.cluster[c];
-    const Vector a = corner_of(corners, cluster, 0, lane);
-    const Vector b = corner_of(corners, cluster, 1, lane);
-    const Vector cc = corner_of(corners, cluster, 2, lane);
-    const Vector d = corner_of(corners, cluster, 3, lane);
+    const Vector a = corners.of(cluster, 0, lane);
+    const Vector b = corners.of(cluster, 1, lane);
+    const Vector cc = corners.of(cluster, 2, lane);
+    const Vector d = corners.of(cluster, 3, lane);
     const Vector da = difference(a, d);
     const Vector db = difference(b, d);
     const Vector dc = difference(cc, d);
@@ -245,8 +245,7 @@ class Test {
   }
   /// These bits for a corner of the cluster.
   [[nodiscard]] HWY_INLINE std::uint32_t of_corner(const Corners& corners, std::size_t i) const {
-    const Float least = least_of(
-        {hn::Set(floats, corners.x[i]), hn::Set(floats, corners.y[i]), hn::Set(floats, corners.z[i])});
+    const Float least = least_of(corners.point(i));
     return may(least) | bits_of(floats, hn::Gt(least, bound_)) << 16;
   }
 
@@ -280,16 +279,21 @@ struct Sorted {
       own;  ///< by index in the cluster's list; -1: not a candidate
 };
 
-HWY_INLINE void sort_candidates(const FixedPoint* points, const Corners& corners, std::size_t corner_count,
+HWY_INLINE void sort_candidates(const FixedPoint* points, std::span<const FixedPoint> corners,
                                 std::span<const std::int32_t> candidates, Sorted& sorted) {
+  alignas(64) std::array<std::int32_t, Cluster::most_points> names;
+  const std::size_t vectors = (corners.size() + lanes() - 1) / lanes();
+  for (std::size_t i = 0; i < vectors * lanes(); ++i) {
+    names[i] = i < corners.size() ? corners[i].name : 0;
+    sorted.own[i] = -1;
+  }
   std::size_t others = 0;
-  sorted.own.fill(-1);
-  const auto used = static_cast<std::uint32_t>((std::uint64_t{1} << corner_count) - 1);
+  const auto used = static_cast<std::uint32_t>((std::uint64_t{1} << corners.size()) - 1);
   for (const std::int32_t candidate : candidates) {
     const Int name = hn::Set(ints, points[candidate].name);
     std::uint32_t bits = 0;
-    for (std::size_t i = 0; i < Cluster::most_points; i += lanes())
-      bits |= bits_of(ints, hn::Eq(hn::Load(ints, corners.name.data() + i), name)) << i;
+    for (std::size_t i = 0; i < vectors * lanes(); i += lanes())
+      bits |= bits_of(ints, hn::Eq(hn::Load(ints, names.data() + i), name)) << i;
     bits &= used;
     // A point is in the list at most once. If it is not in the list, it is written to the last place, which
     // is unused.
@@ -311,8 +315,7 @@ HWY_INLINE void test_block(const FixedPoint* points, std::int32_t margin, Cluste
     std::span<const std::int32_t> candidates(block.candidates + block.first_candidate[c],
                                              block.first_candidate[c + 1] - block.first_candidate[c]);
     if (candidates.empty()) continue;
-    Corners corners;
-    spread_out(block, c, corners);
+    const Corners corners(block, c);
     Planes planes;
     const float extent = extent_of(block.box[c]);
     make_planes<is_wide>(block, c, corners,
@@ -320,7 +323,7 @@ HWY_INLINE void test_block(const FixedPoint* points, std::int32_t margin, Cluste
                          planes);
     const bool has_own = includes_own(block.box[c]);
     if (has_own) {
-      sort_candidates(points, corners, cluster.points, candidates, sorted);
+      sort_candidates(points, std::span(block.corners[c]).first(cluster.points), candidates, sorted);
       candidates = std::span(sorted.other).first(sorted.others);
     }
     const auto take = [&](std::int32_t entry, std::uint32_t found) {
@@ -328,7 +331,7 @@ HWY_INLINE void test_block(const FixedPoint* points, std::int32_t margin, Cluste
       hits += found != 0 ? 1 : 0;
     };
     const std::uint32_t used = ((std::uint32_t{1} << cluster.size) - 1) * 0x10001U;
-    std::array<std::uint32_t, Cluster::most_points> of_corner{};
+    std::array<std::uint32_t, Cluster::most_points> of_corner;
     // The last vector of lanes writes the bits of all vectors.
     constexpr std::size_t last = Cluster::most_primitives - lanes();
     for (std::size_t lane = 0; lane < last; lane += lanes()) {
@@ -337,8 +340,10 @@ HWY_INLINE void test_block(const FixedPoint* points, std::int32_t margin, Cluste
         const std::uint32_t found = test_lanes(candidates[i]) << lane;
         tets[i] = lane == 0 ? found : tets[i] | found;
       }
-      for (std::size_t i = 0; has_own && i < cluster.points; ++i)
-        of_corner[i] |= test_lanes.of_corner(corners, i) << lane;
+      for (std::size_t i = 0; has_own && i < cluster.points; ++i) {
+        const std::uint32_t found = test_lanes.of_corner(corners, i) << lane;
+        of_corner[i] = lane == 0 ? found : of_corner[i] | found;
+      }
     }
     const Test test_last(points, block.box[c].lower, planes, last);
     for (std::size_t i = 0; i < candidates.size(); ++i) {
@@ -346,7 +351,8 @@ HWY_INLINE void test_block(const FixedPoint* points, std::int32_t margin, Cluste
       take(candidates[i], (last == 0 ? found : tets[i] | found) & used);
     }
     for (std::size_t i = 0; has_own && i < cluster.points; ++i) {
-      const std::uint32_t found = (of_corner[i] | test_last.of_corner(corners, i) << last) & used;
+      const std::uint32_t at_last = test_last.of_corner(corners, i) << last;
+      const std::uint32_t found = (last == 0 ? at_last : of_corner[i] | at_last) & used;
       const std::uint32_t at_point = block.at_point[static_cast<std::size_t>(cluster.first_point) + i];
       const std::uint32_t left = found & ~(at_point * 0x10001U);
       if (left != 0 && sorted.own[i] >= 0) take(sorted.own[i], left);
@@ -365,16 +371,15 @@ void near(const FixedPoint* points, std::int32_t margin, ClusterBlock& block) {
 bool upright(const ClusterBlock& block) {
   auto all = hn::Eq(hn::Zero(floats), hn::Zero(floats));
   for (std::size_t c = 0; c < block.clusters; ++c) {
-    Corners corners;
-    spread_out(block, c, corners);
+    const Corners corners(block, c);
     const Cluster& cluster = *block.cluster[c];
     const Float bound = hn::Set(floats, volume_bound(extent_of(block.box[c])));
     // Lanes beyond the size hold a copy of the first tet.
     for (std::size_t lane = 0; lane < Cluster::most_primitives; lane += lanes()) {
-      const Vector d = corner_of(corners, cluster, 3, lane);
-      const Vector da = difference(corner_of(corners, cluster, 0, lane), d);
-      const Vector db = difference(corner_of(corners, cluster, 1, lane), d);
-      const Vector dc = difference(corner_of(corners, cluster, 2, lane), d);
+      const Vector d = corners.of(cluster, 3, lane);
+      const Vector da = difference(corners.of(cluster, 0, lane), d);
+      const Vector db = difference(corners.of(cluster, 1, lane), d);
+      const Vector dc = difference(corners.of(cluster, 2, lane), d);
       all = hn::And(all, hn::Gt(dot(cross(dc, db), da), bound));
     }
   }

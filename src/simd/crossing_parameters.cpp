@@ -6,7 +6,7 @@
 // Highway needs its own header after foreach_target.h.
 #include <hwy/highway.h>
 // Our header is compiled for each target, so it comes after that.
-#include "simd/vector_lanes-inl.hpp"
+#include "simd/vector_gather-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace palpate::simd::HWY_NAMESPACE {
@@ -41,12 +41,7 @@ HWY_INLINE Filtered orientation(const Vector& u, const Vector& v, const Vector& 
 }
 
 HWY_INLINE Vector gather(const Vec3* positions, const SegmentsInTriangles::Points& points, std::size_t lane) {
-  const hn::RebindToSigned<Doubles> d;
-  const hn::Rebind<std::int32_t, Doubles> half;
-  const auto point = hn::PromoteTo(d, hn::LoadU(half, points.data() + lane));
-  const auto place = hn::Add(point, hn::ShiftLeft<1>(point));  // in numbers
-  return {hn::GatherIndex(doubles, &positions->x, place), hn::GatherIndex(doubles, &positions->y, place),
-          hn::GatherIndex(doubles, &positions->z, place)};
+  return load_vectors([&](std::size_t i) HWY_ATTR -> const Vec3& { return positions[points[lane + i]]; });
 }
 
 }  // namespace

@@ -8,8 +8,9 @@
 #include <hwy/foreach_target.h>
 // Highway needs its own header after foreach_target.h.
 #include <hwy/highway.h>
-// Our header is compiled for each target, so it comes after that.
+// Our headers are compiled for each target, so they come after that.
 #include "simd/cluster_lanes-inl.hpp"
+#include "simd/row_lanes-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace palpate::simd::HWY_NAMESPACE {
@@ -45,26 +46,31 @@ void fit_leaves(const FixedPoint* points, std::span<const LeafTriangles> triangl
   const Int none = hn::Set(ints, -1);
   for (std::size_t leaf = 0; leaf < triangles.size(); ++leaf) {
     Int extent = hn::Zero(ints);
-    for (std::size_t k = 0; k < 3; ++k) {
-      Int lowest = most;
-      Int highest = none;
-      for (std::size_t lane = 0; lane < BoxGroup::most; lane += lanes()) {
-        const auto& corner = triangles[leaf].corner;
-        const std::int32_t* const from = &points->x + k;
-        const Int x[3] = {hn::GatherIndex(ints, from, load(corner[0], lane)),
-                          hn::GatherIndex(ints, from, load(corner[1], lane)),
-                          hn::GatherIndex(ints, from, load(corner[2], lane))};
-        const auto unused = hn::Lt(load(triangles[leaf].triangle, lane), hn::Zero(ints));
-        const Int lower = hn::IfThenElse(unused, most, min3(x[0], x[1], x[2]));
-        const Int upper = hn::IfThenElse(unused, none, max3(x[0], x[1], x[2]));
+    Int lowest[3] = {most, most, most};
+    Int highest[3] = {none, none, none};
+    for (std::size_t lane = 0; lane < BoxGroup::most; lane += lanes()) {
+      const auto corner = [&](std::size_t i) HWY_ATTR {
+        const std::int32_t* const places = triangles[leaf].corner[i].data() + lane;
+        return load_rows(ints, [&](std::size_t at) HWY_ATTR { return &points[places[at]].x; });
+      };
+      const auto unused = hn::Lt(load(triangles[leaf].triangle, lane), hn::Zero(ints));
+      const RowColumns<Ints> a = corner(0);
+      const RowColumns<Ints> b = corner(1);
+      const RowColumns<Ints> c = corner(2);
+      const auto put_along = [&](Int x, Int y, Int z, std::size_t k) HWY_ATTR {
+        const Int lower = hn::IfThenElse(unused, most, min3(x, y, z));
+        const Int upper = hn::IfThenElse(unused, none, max3(x, y, z));
         hn::Store(lower, ints, leaves[leaf].lower[k].data() + lane);
         hn::Store(upper, ints, leaves[leaf].upper[k].data() + lane);
-        lowest = hn::Min(lowest, lower);
-        highest = hn::Max(highest, upper);
+        lowest[k] = hn::Min(lowest[k], lower);
+        highest[k] = hn::Max(highest[k], upper);
         extent = hn::Max(extent, hn::Sub(upper, lower));
-      }
-      put(lowest, highest, k, leaf, parent);
+      };
+      put_along(a.x, b.x, c.x, 0);
+      put_along(a.y, b.y, c.y, 1);
+      put_along(a.z, b.z, c.z, 2);
     }
+    for (std::size_t k = 0; k < 3; ++k) put(lowest[k], highest[k], k, leaf, parent);
     extents[leaf] = hn::GetLane(hn::MaxOfLanes(ints, extent));
   }
   clear_from(triangles.size(), parent);
@@ -152,17 +158,17 @@ struct Cones {
   Float volume;
 
   HWY_INLINE Cones(const FixedPoint* points, const LeafTriangles* triangles, const FixedPoint& from,
-                   Int entries) {
+                   const std::int32_t* entries) {
     const Int from_x = hn::Set(ints, from.x);
     const Int from_y = hn::Set(ints, from.y);
     const Int from_z = hn::Set(ints, from.z);
     Vector corner[3];
     for (std::size_t i = 0; i < 3; ++i) {
-      const Int place = hn::GatherIndex(ints, triangles->corner[i].data(), entries);
-      const auto along = [&](const std::int32_t* x, Int from_here) HWY_ATTR {
-        return hn::ConvertTo(floats, hn::Sub(hn::GatherIndex(ints, x, place), from_here));
-      };
-      corner[i] = {along(&points->x, from_x), along(&points->y, from_y), along(&points->z, from_z)};
+      const std::int32_t* const places = triangles->corner[i].data();
+      const auto [x, y, z] =
+          load_rows(ints, [&](std::size_t lane) HWY_ATTR { return &points[places[entries[lane]]].x; });
+      corner[i] = {hn::ConvertTo(floats, hn::Sub(x, from_x)), hn::ConvertTo(floats, hn::Sub(y, from_y)),
+                   hn::ConvertTo(floats, hn::Sub(z, from_z))};
     }
     for (std::size_t i = 0; i < 3; ++i) normal[i] = cross(corner[i], corner[(i + 1) % 3]);
     volume = dot(normal[1], corner[0]);
@@ -223,7 +229,7 @@ void test_star(const FixedPoint* points, const LeafTriangles* triangles, std::sp
   hn::StoreU(hn::Set(ints, entries.back()), ints, entries.data() + entries.size());
   std::size_t count = 0;
   for (std::size_t first = 0; first < entries.size(); first += lanes()) {
-    Cones cones(points, triangles, star.point, hn::LoadU(ints, entries.data() + first));
+    Cones cones(points, triangles, star.point, entries.data() + first);
     if (entries.size() - first < lanes()) cones.keep(entries.size() - first);
     if (hn::AllTrue(floats, hn::Gt(cones.volume, bound))) {
       count = test_edges<true>(cones, star, first, bound, count, hits);

@@ -27,7 +27,7 @@ struct BoxGroup {
 /// The triangles of a leaf. Entry e of the tree is place e % 64 of leaf e / 64.
 struct alignas(64) LeafTriangles {
   static constexpr std::int32_t stride = 64;  ///< numbers in a leaf
-  std::array<BoxGroup::Row, 3> corner;        ///< 4 x index of each corner; unused places repeat the first
+  std::array<BoxGroup::Row, 3> corner;        ///< unused places repeat the first
   BoxGroup::Row triangle;                     ///< -1 in unused places
 };
 static_assert(sizeof(LeafTriangles) == LeafTriangles::stride * sizeof(std::int32_t));

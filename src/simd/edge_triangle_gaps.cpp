@@ -7,24 +7,16 @@
 #include <hwy/foreach_target.h>
 // Highway needs its own header after foreach_target.h.
 #include <hwy/highway.h>
-// Our header is compiled for each target, so it comes after that.
+// Our headers are compiled for each target, so they come after that.
 #include "simd/cluster_lanes-inl.hpp"
+#include "simd/point_lanes-inl.hpp"
+#include "simd/row_lanes-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace palpate::simd::HWY_NAMESPACE {
 namespace {
 
 constexpr float largest = std::numeric_limits<float>::max();
-
-// Positions are read as doubles, a part of the lanes at a time.
-using Places = hn::CappedTag<double, hn::MaxLanes(Floats())>;
-constexpr Places places;
-using Place = hn::Vec<Places>;
-struct PlaceVector {
-  Place x;
-  Place y;
-  Place z;
-};
 
 /// A segment (a, b) and a triangle with sides u and v, relative to the triangle's first corner.
 struct SegmentAndTriangle {
@@ -33,54 +25,35 @@ struct SegmentAndTriangle {
   Vector u;
   Vector v;
 };
-/// The same in memory: the coordinates of a, b, u, v.
-struct LocalRows {
-  alignas(64) std::array<std::array<float, hn::MaxLanes(Floats())>, 12> row;
-};
+/// Points relative to an origin, in units, a row for each lane.
+using LocalRows = std::array<std::array<float, 4>, hn::MaxLanes(Floats())>;
 
-/// Number k of each of these items of `size` numbers.
-template <std::size_t size>
-HWY_INLINE auto number_of(const std::array<Index, size>* items, const Index* which, std::size_t k) {
-  const hn::Rebind<std::int32_t, Places> some;
-  auto place = hn::LoadU(some, which);
-  if constexpr (size == 2) {
-    place = hn::ShiftLeft<1>(place);
-  } else {
-    place = hn::Add(place, hn::ShiftLeft<1>(place));
+HWY_INLINE void put(const Vec3& point, const Vec3& origin, double scale, std::array<float, 4>& row) {
+  const hn::Rebind<float, CoordinateTag> in_float;
+  const Coordinates factor = hn::Set(coordinates, scale);
+  for (std::size_t part = 0; part < parts; ++part) {
+    const Coordinates local = hn::Mul(factor, hn::Sub(load(point, part), load(origin, part)));
+    hn::StoreU(hn::DemoteTo(in_float, local), in_float, row.data() + part);
   }
-  return hn::GatherIndex(some, items->data() + k, place);
 }
-HWY_INLINE PlaceVector place_of(const Vec3* positions, hn::Vec<hn::Rebind<std::int32_t, Places>> point) {
-  const hn::RebindToSigned<Places> wide;
-  const auto index = hn::PromoteTo(wide, point);
-  const auto place = hn::Add(index, hn::ShiftLeft<1>(index));  // in numbers
-  return {hn::GatherIndex(places, &positions->x, place), hn::GatherIndex(places, &positions->y, place),
-          hn::GatherIndex(places, &positions->z, place)};
-}
-HWY_INLINE void put(const PlaceVector& point, const PlaceVector& origin, Place scale, std::size_t lane,
-                    std::size_t row, LocalRows& rows) {
-  const hn::Rebind<float, Places> some;
-  const auto local = [&](Place x, Place from)
-                         HWY_ATTR { return hn::DemoteTo(some, hn::Mul(scale, hn::Sub(x, from))); };
-  hn::StoreU(local(point.x, origin.x), some, rows.row[row].data() + lane);
-  hn::StoreU(local(point.y, origin.y), some, rows.row[row + 1].data() + lane);
-  hn::StoreU(local(point.z, origin.z), some, rows.row[row + 2].data() + lane);
-}
-HWY_INLINE Vector vector_of(const LocalRows& rows, std::size_t row) {
-  return {hn::Load(floats, rows.row[row].data()), hn::Load(floats, rows.row[row + 1].data()),
-          hn::Load(floats, rows.row[row + 2].data())};
+HWY_INLINE Vector vector_of(const LocalRows& rows) {
+  const auto [x, y, z] = load_rows(floats, [&](std::size_t lane) HWY_ATTR { return rows[lane].data(); });
+  return {x, y, z};
 }
 HWY_INLINE SegmentAndTriangle read(const EdgesAndTriangles& s, double scale, const Index* edge,
-                                   const Index* triangle, LocalRows& rows) {
-  const Place factor = hn::Set(places, scale);
-  for (std::size_t lane = 0; lane < lanes(); lane += hn::MaxLanes(places)) {
-    const PlaceVector origin = place_of(s.positions, number_of(s.triangles, triangle + lane, 0));
-    put(place_of(s.positions, number_of(s.edges, edge + lane, 0)), origin, factor, lane, 0, rows);
-    put(place_of(s.positions, number_of(s.edges, edge + lane, 1)), origin, factor, lane, 3, rows);
-    put(place_of(s.positions, number_of(s.triangles, triangle + lane, 1)), origin, factor, lane, 6, rows);
-    put(place_of(s.positions, number_of(s.triangles, triangle + lane, 2)), origin, factor, lane, 9, rows);
+                                   const Index* triangle) {
+  alignas(64) std::array<LocalRows, 4> rows;
+  if constexpr (parts > 1) rows = {};
+  for (std::size_t lane = 0; lane < lanes(); ++lane) {
+    const Edge& ends = s.edges[edge[lane]];
+    const Triangle& corners = s.triangles[triangle[lane]];
+    const Vec3& origin = s.positions[corners[0]];
+    put(s.positions[ends[0]], origin, scale, rows[0][lane]);
+    put(s.positions[ends[1]], origin, scale, rows[1][lane]);
+    put(s.positions[corners[1]], origin, scale, rows[2][lane]);
+    put(s.positions[corners[2]], origin, scale, rows[3][lane]);
   }
-  return {vector_of(rows, 0), vector_of(rows, 3), vector_of(rows, 6), vector_of(rows, 9)};
+  return {vector_of(rows[0]), vector_of(rows[1]), vector_of(rows[2]), vector_of(rows[3])};
 }
 
 HWY_INLINE Float min3(Float a, Float b, Float c) {
@@ -168,10 +141,9 @@ HWY_INLINE Float gap_of(const SegmentAndTriangle& pair) {
 }  // namespace
 
 void find_gaps(const EdgesAndTriangles& surfaces, double scale, std::size_t size, EdgeTrianglePairs& pairs) {
-  LocalRows rows;
   for (std::size_t lane = 0; lane < size; lane += lanes()) {
     const SegmentAndTriangle pair =
-        read(surfaces, scale, pairs.edge.data() + lane, pairs.triangle.data() + lane, rows);
+        read(surfaces, scale, pairs.edge.data() + lane, pairs.triangle.data() + lane);
     hn::Store(gap_of(pair), floats, pairs.gap.data() + lane);
   }
 }

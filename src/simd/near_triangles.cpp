@@ -8,8 +8,9 @@
 #include <hwy/foreach_target.h>
 // Highway needs its own header after foreach_target.h.
 #include <hwy/highway.h>
-// Our header is compiled for each target, so it comes after that.
+// Our headers are compiled for each target, so they come after that.
 #include "simd/cluster_lanes-inl.hpp"
+#include "simd/row_lanes-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace palpate::simd::HWY_NAMESPACE {
@@ -17,14 +18,6 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 HWY_INLINE Float load(const PrimitiveRow& row, std::size_t lane) {
   return hn::Load(floats, row.data() + lane);
-}
-HWY_INLINE Int load(const std::array<std::uint8_t, Cluster::most_primitives>& places, std::size_t lane) {
-  const hn::Rebind<std::uint8_t, Ints> bytes;
-  return hn::PromoteTo(ints, hn::LoadU(bytes, places.data() + lane));
-}
-/// A coordinate of the points at these places.
-HWY_INLINE Float pick(const LocalPoints& points, std::size_t axis, Int places) {
-  return hn::GatherIndex(floats, points.point[0].data() + axis, hn::ShiftLeft<2>(places));
 }
 
 /// Places boxes, and finds the lanes whose boxes meet a box.
@@ -37,17 +30,19 @@ HWY_INLINE std::uint32_t place_boxes(const LocalPoints& points, const Places& pl
   Float highest[3] = {hn::Neg(most), hn::Neg(most), hn::Neg(most)};
   std::uint32_t all = 0;
   for (std::size_t lane = 0; lane < Cluster::most_primitives; lane += lanes()) {
-    Int place[size];
-    for (std::size_t i = 0; i < size; ++i) place[i] = load(places[i], lane);
     auto meets = hn::FirstN(floats, lanes());
     Float lower[3];
     Float upper[3];
-    for (std::size_t k = 0; k < 3; ++k) {
-      for (std::size_t i = 0; i < size; ++i) {
-        const Float x = pick(points, k, place[i]);
-        lower[k] = i == 0 ? x : hn::Min(lower[k], x);
-        upper[k] = i == 0 ? x : hn::Max(upper[k], x);
+    for (std::size_t i = 0; i < size; ++i) {
+      const auto [x, y, z] = load_rows(
+          floats, [&](std::size_t at) HWY_ATTR { return points.point[places[i][lane + at]].data(); });
+      const Float corner[3] = {x, y, z};
+      for (std::size_t k = 0; k < 3; ++k) {
+        lower[k] = i == 0 ? corner[k] : hn::Min(lower[k], corner[k]);
+        upper[k] = i == 0 ? corner[k] : hn::Max(upper[k], corner[k]);
       }
+    }
+    for (std::size_t k = 0; k < 3; ++k) {
       hn::Store(lower[k], floats, placed.lower[k].data() + lane);
       hn::Store(upper[k], floats, placed.upper[k].data() + lane);
       meets = hn::And(meets, hn::And(hn::Le(lower[k], hn::Set(floats, box.upper[k])),

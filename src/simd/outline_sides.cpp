@@ -6,7 +6,7 @@
 // Highway needs its own header after foreach_target.h.
 #include <hwy/highway.h>
 // Our header is compiled for each target, so it comes after that.
-#include "simd/vector_lanes-inl.hpp"
+#include "simd/vector_gather-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace palpate::simd::HWY_NAMESPACE {
@@ -22,12 +22,8 @@ HWY_INLINE SideVector all(const Vec3& v) {
   return {hn::Set(sides_tag, v.x), hn::Set(sides_tag, v.y), hn::Set(sides_tag, v.z)};
 }
 HWY_INLINE SideVector gather(const Vec3* positions, const OutlineSides::Points& points, std::size_t lane) {
-  const hn::RebindToSigned<Sides> wide;
-  const hn::Rebind<std::int32_t, Sides> narrow;
-  const auto point = hn::PromoteTo(wide, hn::LoadU(narrow, points.data() + lane));
-  const auto place = hn::Add(point, hn::ShiftLeft<1>(point));  // in numbers
-  return {hn::GatherIndex(sides_tag, &positions->x, place), hn::GatherIndex(sides_tag, &positions->y, place),
-          hn::GatherIndex(sides_tag, &positions->z, place)};
+  return load_vectors(sides_tag,
+                      [&](std::size_t i) HWY_ATTR -> const Vec3& { return positions[points[lane + i]]; });
 }
 
 /// As silhouette.cpp does it for one side, with the same order of operations.

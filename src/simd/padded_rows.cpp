@@ -34,16 +34,6 @@ HWY_INLINE SixV zero() {
   return v;
 }
 
-/// For each value of a vector of six: the indices that copy it to all lanes.
-using Copies = std::array<decltype(hn::IndicesFromVec(Eight(), hn::Zero(hn::RebindToSigned<Eight>()))), 6>;
-HWY_INLINE Copies copies_of_each() {
-  const hn::RebindToSigned<Eight> integers;
-  Copies copies;
-  for (std::size_t k = 0; k < 6; ++k)
-    copies[k] = hn::IndicesFromVec(Eight(), hn::Set(integers, static_cast<std::int32_t>(k % lanes)));
-  return copies;
-}
-
 /// A sum of products in three parts, so that additions do not wait for each other.
 struct Sums {
   std::array<SixV, 3> part;
@@ -51,28 +41,26 @@ struct Sums {
     for (SixV& sum : part) sum = zero();
   }
 
-  /// Adds the product of a block of `columns` columns and x.
+  /// Adds the product of a block of `columns` columns and x, of which four or eight numbers are read.
   template <std::size_t columns>
   HWY_INLINE void add(const float* block, const float* x) {
     const Eight d;
-    for (std::size_t k = 0; k < columns; ++k) {
-      const EightV factor = hn::Set(d, x[k]);
-      for (std::size_t p = 0; p < parts; ++p)
-        part[k % 3][p] = hn::MulAdd(hn::Load(d, block + 8 * k + lanes * p), factor, part[k % 3][p]);
+    // Shuffles within 128 bits take less time than others, and than loads of single numbers.
+    const EightV first = hn::LoadDup128(d, x);
+    add_column<0>(block, hn::Broadcast<0>(first));
+    add_column<1>(block, hn::Broadcast<1>(first));
+    add_column<2>(block, hn::Broadcast<2>(first));
+    if constexpr (columns == 6) {
+      const EightV last = hn::LoadDup128(d, x + 4);
+      add_column<3>(block, hn::Broadcast<3>(first));
+      add_column<4>(block, hn::Broadcast<0>(last));
+      add_column<5>(block, hn::Broadcast<1>(last));
     }
   }
-  /// The same for six columns, with fewer loads.
-  HWY_INLINE void add(const float* block, const Six& x, const Copies& copies) {
-    if constexpr (parts == 1) {
-      const Eight d;
-      const EightV values = hn::Load(d, x.values.data());
-      for (std::size_t k = 0; k < 6; ++k) {
-        part[k % 3][0] =
-            hn::MulAdd(hn::Load(d, block + 8 * k), hn::TableLookupLanes(values, copies[k]), part[k % 3][0]);
-      }
-    } else {
-      add<6>(block, x.values.data());
-    }
+  template <std::size_t k>
+  HWY_INLINE void add_column(const float* block, EightV factor) {
+    for (std::size_t p = 0; p < parts; ++p)
+      part[k % 3][p] = hn::MulAdd(hn::Load(Eight(), block + 8 * k + lanes * p), factor, part[k % 3][p]);
   }
   [[nodiscard]] HWY_INLINE SixV total() const {
     SixV sum;
@@ -82,10 +70,9 @@ struct Sums {
 };
 
 HWY_INLINE SixV row_product(const PaddedRows& a, const Six* x, std::size_t row) {
-  const Copies copies = copies_of_each();
   Sums sums;
   for (std::size_t k = a.begin[row]; k < a.begin[row + 1]; ++k)
-    sums.add(a.blocks + six_by_six * k, x[a.columns[k]], copies);
+    sums.add<6>(a.blocks + six_by_six * k, x[a.columns[k]].values.data());
   return sums.total();
 }
 
@@ -100,39 +87,38 @@ HWY_INLINE SixV difference_of(const SixV& a, const SixV& b) {
   return difference;
 }
 
-/// Indices of the values of a vector of six that multiply columns 2 c and 2 c + 1: four times each.
-HWY_INLINE auto column_pairs() {
-  const hn::RebindToSigned<Eight> integers;
-  std::array<decltype(hn::IndicesFromVec(Eight(), hn::Zero(integers))), 3> pairs;
-  for (std::size_t c = 0; c < 3; ++c) {
-    alignas(32) std::array<std::int32_t, 8> places;
-    for (std::size_t i = 0; i < 8; ++i) places[i] = static_cast<std::int32_t>((2 * c + i / 4) % lanes);
-    pairs[c] = hn::IndicesFromVec(Eight(), hn::Load(integers, places.data()));
-  }
-  return pairs;
-}
 /// Adds the product of columns 2 c and 2 c + 1 of four values each.
-template <class Indices>
-HWY_INLINE void add_pair(const float* columns, const Six& x, std::size_t c, const Indices& pair, SixV& sum) {
+/// \param values  numbers 0 to 3 of x in each 128 bits, or 4 to 7
+/// \param pair    bytes of the two numbers within 128 bits, four times each
+template <class Bytes>
+HWY_INLINE void add_pair(const float* columns, const float* x, std::size_t c, EightV values, Bytes pair,
+                         SixV& sum) {
   const Eight d;
   if constexpr (parts == 1) {
-    sum[0] =
-        hn::MulAdd(hn::Load(d, columns), hn::TableLookupLanes(hn::Load(d, x.values.data()), pair), sum[0]);
+    const hn::Repartition<std::uint8_t, Eight> bytes;
+    const EightV factors = hn::BitCast(d, hn::TableLookupBytes(hn::BitCast(bytes, values), pair));
+    sum[0] = hn::MulAdd(hn::Load(d, columns), factors, sum[0]);
   } else {
     for (std::size_t p = 0; p < parts; ++p)
-      sum[p] = hn::MulAdd(hn::Load(d, columns + lanes * p), hn::Set(d, x.values[2 * c + p]), sum[p]);
+      sum[p] = hn::MulAdd(hn::Load(d, columns + lanes * p), hn::Set(d, x[2 * c + p]), sum[p]);
   }
+}
+/// For add_pair(): numbers 2 k and 2 k + 1.
+HWY_INLINE auto bytes_of_pair(std::size_t k) {
+  const hn::Repartition<std::uint8_t, Eight> bytes;
+  alignas(32) std::array<std::uint8_t, 32> places;
+  for (std::size_t i = 0; i < 32; ++i) places[i] = static_cast<std::uint8_t>(4 * (2 * k + i / 16) + i % 4);
+  return hn::Load(bytes, places.data());
 }
 
 /// The product of those blocks of a row whose columns are in [low, high).
 HWY_INLINE SixV columns_product(const SixMatrix& a, const Six* x, std::size_t row, std::size_t low,
                                 std::size_t high) {
-  const Copies copies = copies_of_each();
   Sums sums;
   for (const PaddedRows* part : {&a.first, &a.second}) {
     for (std::size_t k = part->begin[row]; k < part->begin[row + 1]; ++k) {
       const std::size_t column = part->columns[k];
-      if (column >= low && column < high) sums.add(part->blocks + six_by_six * k, x[column], copies);
+      if (column >= low && column < high) sums.add<6>(part->blocks + six_by_six * k, x[column].values.data());
     }
   }
   return sums.total();
@@ -142,7 +128,7 @@ HWY_INLINE void relax_row(const SixMatrix& a, const SixV& right, Six* x, std::si
   Six values;
   store(right, values.values.data());
   Sums sums;
-  sums.add(a.inverses + six_by_six * row, values, copies_of_each());
+  sums.add<6>(a.inverses + six_by_six * row, values.values.data());
   store(sums.total(), x[row].values.data());
 }
 
@@ -164,13 +150,17 @@ void multiply_six_by_three(const PaddedRows& a, const Quad* x, Six* y, std::size
 void multiply_three_by_six(const PaddedRows& a, const Six* x, Quad* y, std::size_t begin, std::size_t end) {
   // Two columns of four values in a vector of eight.
   const hn::FixedTag<float, 4> four;
-  const auto pairs = column_pairs();
+  const auto lower = bytes_of_pair(0);
+  const auto upper = bytes_of_pair(1);
   for (std::size_t row = begin; row < end; ++row) {
     std::array sums{zero(), zero(), zero()};
     for (std::size_t k = a.begin[row]; k < a.begin[row + 1]; ++k) {
       const float* block = a.blocks + three_by_six * k;
-      const Six& v = x[a.columns[k]];
-      for (std::size_t c = 0; c < 3; ++c) add_pair(block + 8 * c, v, c, pairs[c], sums[c]);
+      const float* v = x[a.columns[k]].values.data();
+      const EightV first = hn::LoadDup128(Eight(), v);
+      add_pair(block, v, 0, first, lower, sums[0]);
+      add_pair(block + 8, v, 1, first, upper, sums[1]);
+      add_pair(block + 16, v, 2, hn::LoadDup128(Eight(), v + 4), lower, sums[2]);
     }
     Six values;
     store(sum_of(sum_of(sums[0], sums[1]), sums[2]), values.values.data());

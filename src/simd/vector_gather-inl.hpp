@@ -37,9 +37,10 @@ HWY_INLINE std::uint32_t bits_of(hn::Mask<Doubles> mask) {
   return bytes[0];
 }
 
+template <class D>
 struct PairLanes {
-  Double first;
-  Double second;
+  hn::Vec<D> first;
+  hn::Vec<D> second;
 };
 
 #if HWY_TARGET != HWY_SCALAR
@@ -47,17 +48,15 @@ using Pair = hn::FixedTag<double, 2>;
 using FourDoubles = hn::CappedTag<double, 4>;
 
 /// The pairs of every second lane, from `from` on.
-template <class Place>
-HWY_INLINE Double every_second_pair(const Place& place, std::size_t from) {
-  const auto load = [&](std::size_t lane) HWY_ATTR { return hn::LoadU(Pair(), place(from + lane)); };
-#if HWY_MAX_BYTES >= 64
-  return hn::Combine(doubles, hn::Combine(FourDoubles(), load(6), load(4)),
-                     hn::Combine(FourDoubles(), load(2), load(0)));
-#elif HWY_MAX_BYTES >= 32
-  return hn::Combine(doubles, load(2), load(0));
-#else
-  return load(0);
-#endif
+template <class D, class Place>
+HWY_INLINE hn::Vec<D> every_second_pair(D d, const Place& place, std::size_t from) {
+  if constexpr (hn::MaxLanes(D()) == 2) {
+    return hn::LoadU(d, place(from));
+  } else {
+    const hn::Half<D> half;
+    return hn::Combine(d, every_second_pair(half, place, from + hn::MaxLanes(half)),
+                       every_second_pair(half, place, from));
+  }
 }
 
 /// Inverse of every_second_pair().
@@ -83,28 +82,32 @@ HWY_INLINE void store_every_second(Double pairs, const Place& place, std::size_t
 
 /// The two doubles at place(lane), which is called for each lane just before its load, so that few addresses
 /// are kept in registers.
-template <class Place>
-HWY_INLINE PairLanes load_pairs(const Place& place) {
+template <class D, class Place>
+HWY_INLINE PairLanes<D> load_pairs(D d, const Place& place) {
 #if HWY_TARGET == HWY_SCALAR
-  return {hn::LoadU(doubles, place(0)), hn::LoadU(doubles, place(0) + 1)};
+  return {hn::LoadU(d, place(0)), hn::LoadU(d, place(0) + 1)};
 #else
-  const Double even = every_second_pair(place, 0);
-  const Double odd = every_second_pair(place, 1);
-  return {hn::InterleaveLower(doubles, even, odd), hn::InterleaveUpper(doubles, even, odd)};
+  const auto even = every_second_pair(d, place, 0);
+  const auto odd = every_second_pair(d, place, 1);
+  return {hn::InterleaveLower(d, even, odd), hn::InterleaveUpper(d, even, odd)};
 #endif
 }
 
 /// The vectors at place(lane).
+template <class D, class Place>
+HWY_INLINE VectorOf<hn::Vec<D>> load_vectors(D d, const Place& place) {
+  const PairLanes<D> xy = load_pairs(d, [&](std::size_t lane) HWY_ATTR { return &place(lane).x; });
+  const PairLanes<D> yz = load_pairs(d, [&](std::size_t lane) HWY_ATTR { return &place(lane).y; });
+  return {xy.first, xy.second, yz.second};
+}
 template <class Place>
 HWY_INLINE Vector load_vectors(const Place& place) {
-  const PairLanes xy = load_pairs([&](std::size_t lane) HWY_ATTR { return &place(lane).x; });
-  const PairLanes yz = load_pairs([&](std::size_t lane) HWY_ATTR { return &place(lane).y; });
-  return {xy.first, xy.second, yz.second};
+  return load_vectors(doubles, place);
 }
 
 /// Inverse of load_pairs().
 template <class Place>
-HWY_INLINE void store_pairs(const PairLanes& pairs, const Place& place) {
+HWY_INLINE void store_pairs(const PairLanes<Doubles>& pairs, const Place& place) {
 #if HWY_TARGET == HWY_SCALAR
   hn::StoreU(pairs.first, doubles, place(0));
   hn::StoreU(pairs.second, doubles, place(0) + 1);
