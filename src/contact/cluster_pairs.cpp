@@ -10,7 +10,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t grain = 64;
+constexpr std::size_t facing_grain = 64;
 
 }  // namespace
 
@@ -56,7 +56,7 @@ std::span<ClusterPairs::Found> ClusterPairs::find(const parallel::Threads& threa
                                                   std::span<const FacingBodies> pairs) {
   active_.clear();
   for (std::size_t i = 0; i < pairs.size(); ++i) choose_clusters(boxes, pairs[i], static_cast<Index>(i));
-  lists_.fill(threads, active_.size(), grain,
+  lists_.fill(threads, active_.size(), facing_grain,
               [&](std::size_t begin, std::size_t end, std::vector<Found>& found) {
                 sweep(begin, end, boxes, pairs, found);
               });

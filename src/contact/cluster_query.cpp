@@ -13,7 +13,7 @@ using simd::ClusterBlock;
 
 namespace {
 
-constexpr std::size_t grain = ClusterBlock::most_clusters;
+constexpr std::size_t cluster_grain = ClusterBlock::most_clusters;
 
 /// Queries clusters with the points that they look up in the grid.
 /// \param answers  flags of the clusters (ClusterQueue); or empty
@@ -126,8 +126,8 @@ void ClusterQuery::find_upright_bodies(const parallel::Threads& threads, const P
   upright_.assign(may_touch.self_collision.begin(), may_touch.self_collision.end());
   if (std::find(upright_.begin(), upright_.end(), 1) == upright_.end()) return;
   const std::span<const Cluster> clusters = clusters_.clusters;
-  upright_chunks_.assign(parallel::chunk_count(clusters.size(), grain), 1);
-  parallel::for_chunks(threads, clusters.size(), grain,
+  upright_chunks_.assign(parallel::chunk_count(clusters.size(), cluster_grain), 1);
+  parallel::for_chunks(threads, clusters.size(), cluster_grain,
                        [&](std::size_t begin, std::size_t end, std::size_t chunk) {
                          ClusterBlock block;
                          block.clusters = 0;
@@ -140,7 +140,7 @@ void ClusterQuery::find_upright_bodies(const parallel::Threads& threads, const P
                        });
   // If a chunk has clusters of two bodies, both are marked as possibly inverted; is_fold() decides.
   for (std::size_t c = 0; c < clusters.size(); ++c)
-    if (upright_chunks_[c / grain] == 0) at(upright_, clusters[c].body) = 0;
+    if (upright_chunks_[c / cluster_grain] == 0) at(upright_, clusters[c].body) = 0;
 }
 
 bool ClusterQuery::begin_frame(const parallel::Threads& threads, const Bodies& bodies,
@@ -161,27 +161,27 @@ void ClusterQuery::recall(const ListPlan::Numbers& plan, const parallel::Threads
 void ClusterQuery::ask_clusters(const parallel::Threads& threads, const PairContext& pairs,
                                 const LookupContext& context, std::span<const Cluster> clusters) {
   const std::size_t before = tallies_.size();
-  tallies_.resize(before + parallel::chunk_count(clusters.size(), grain));
-  found_in_chunks_.fill(threads, clusters.size(), grain,
+  tallies_.resize(before + parallel::chunk_count(clusters.size(), cluster_grain));
+  found_in_chunks_.fill(threads, clusters.size(), cluster_grain,
                         [&](std::size_t begin, std::size_t end, std::vector<PointInTet>& found) {
-                          tallies_[before + begin / grain] =
+                          tallies_[before + begin / cluster_grain] =
                               ask_chunk(pairs, context, clusters.subspan(begin, end - begin), found);
                         });
-  found_in_chunks_.append(threads, found_, parallel::chunk_count(clusters.size(), grain));
+  found_in_chunks_.append(threads, found_, parallel::chunk_count(clusters.size(), cluster_grain));
 }
 
 void ClusterQuery::ask_lists(const parallel::Threads& threads, const PairContext& pairs,
                              const FixedPositions& fixed) {
   const std::span<const std::uint32_t> numbers = lists_.asked();
   const std::size_t before = tallies_.size();
-  tallies_.resize(before + parallel::chunk_count(numbers.size(), grain));
-  found_in_chunks_.fill(threads, numbers.size(), grain,
+  tallies_.resize(before + parallel::chunk_count(numbers.size(), cluster_grain));
+  found_in_chunks_.fill(threads, numbers.size(), cluster_grain,
                         [&](std::size_t begin, std::size_t end, std::vector<PointInTet>& found) {
                           ListWork work(pairs, kernels_, lists_, fixed.points(), found);
                           work.run(numbers.subspan(begin, end - begin));
-                          tallies_[before + begin / grain] = work.tally();
+                          tallies_[before + begin / cluster_grain] = work.tally();
                         });
-  found_in_chunks_.append(threads, found_, parallel::chunk_count(numbers.size(), grain));
+  found_in_chunks_.append(threads, found_, parallel::chunk_count(numbers.size(), cluster_grain));
 }
 
 void ClusterQuery::find(const parallel::Threads& threads, const Bodies& bodies,
@@ -192,7 +192,7 @@ void ClusterQuery::find(const parallel::Threads& threads, const Bodies& bodies,
   const LookupContext context{clusters_, kernels_, bodies, may_touch, grid, fixed};
   found_.clear();
   tallies_.clear();
-  make_room(tallies_, parallel::chunk_count(clusters_.clusters.size(), grain) + 2);
+  make_room(tallies_, parallel::chunk_count(clusters_.clusters.size(), cluster_grain) + 2);
   last_mode_ = std::exchange(mode_, FrameMode::all);
   if (last_mode_ == FrameMode::list) lists_.make(threads, context);
   if (last_mode_ == FrameMode::all) {

@@ -17,9 +17,9 @@ using simd::StarHits;
 namespace {
 
 /// Border edges of a chunk.
-constexpr std::size_t grain = 512;
+constexpr std::size_t crossing_grain = 512;
 /// A star with edges longer than so many triangles is searched edge by edge, in pieces of that length.
-constexpr std::int32_t most_triangles = 4;
+constexpr std::int32_t long_star = 4;
 constexpr std::int32_t most_pieces = 64;
 /// By how much the box of a piece grows: positions and ends of pieces are rounded.
 constexpr std::int32_t piece_margin = 3;
@@ -112,9 +112,9 @@ class ClusteredCrossings::Work {
   template <class Use>
   void search(Use&& use) {
     const std::int32_t triangle = tree_.mean_extent(body_);
-    in_pieces_ = star_.reach / most_triangles > triangle;
+    in_pieces_ = star_.reach / long_star > triangle;
     if (!in_pieces_) return search_box(star_.box, use);
-    search_pieces(1 + star_.reach / most_triangles / triangle, use);
+    search_pieces(1 + star_.reach / long_star / triangle, use);
   }
   /// The same for a star much longer than the triangles.
   template <class Use>
@@ -214,11 +214,11 @@ class ClusteredCrossings::Work {
 
 void ClusteredCrossings::search(const Problem& problem) {
   const std::size_t n = problem.border.size();
-  tallies_.assign(parallel::chunk_count(n, grain), {});
-  lists_.fill(problem.frame.threads(), n, grain,
+  tallies_.assign(parallel::chunk_count(n, crossing_grain), {});
+  lists_.fill(problem.frame.threads(), n, crossing_grain,
               [&](std::size_t begin, std::size_t end, std::vector<EdgeInTriangle>& found) {
                 Work work(tree_, problem, wanted_);
-                tallies_[begin / grain] = work.find(begin, end, found);
+                tallies_[begin / crossing_grain] = work.find(begin, end, found);
               });
   lists_.join(problem.frame.threads(), found_);
 }
@@ -237,7 +237,7 @@ void ClusteredCrossings::choose_within(const Problem& problem, const WorkLimit& 
   if (cluster_of_.empty()) map_triangles(problem.frame.bodies());
   assign_with_room(costs_, clusters, std::size_t{0});
   assign_with_room(wanted_, clusters, std::uint8_t{0});
-  parallel::for_chunks(problem.frame.threads(), problem.border.size(), grain,
+  parallel::for_chunks(problem.frame.threads(), problem.border.size(), crossing_grain,
                        [&](std::size_t begin, std::size_t end, std::size_t) {
                          Work work(tree_, problem, {});
                          work.count(begin, end, costs_);

@@ -9,7 +9,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t grain = 512;
+constexpr std::size_t row_grain = 512;
 
 }  // namespace
 
@@ -71,7 +71,7 @@ void ContactTable::assign(const parallel::Threads& threads, const Bodies& bodies
   assign_with_room(contacts_.depth, size_, 0.0);
   assign_with_room(contacts_.direction, size_, Vec3{});
   assign_with_room(contacts_.certainty, size_, 0.0);
-  parallel::for_each(threads, size_, grain, [&](std::size_t c) {
+  parallel::for_each(threads, size_, row_grain, [&](std::size_t c) {
     const Tet& tet = at(bodies.tets(), contacts_.tet[c]);
     contacts_.weights[c] =
         barycentric_weights(at(positions, contacts_.point[c]), at(positions, tet[0]), at(positions, tet[1]),
@@ -113,7 +113,7 @@ Index ContactTable::row_of(Index point, Index body) const {
 }
 
 void ContactTable::match(const parallel::Threads& threads, const ContactTable& last) {
-  parallel::for_each(threads, size_, grain, [&](std::size_t c) {
+  parallel::for_each(threads, size_, row_grain, [&](std::size_t c) {
     previous_[c] = last.row_of(contacts_.point[c], contacts_.body[c]);
   });
 }
@@ -156,7 +156,7 @@ void ContactTable::grow(RowStates& history, std::size_t rows, std::size_t ended)
 void ContactTable::carry_states(const parallel::Threads& threads, const ContactTable& last) {
   list_ended(last);
   resize(now_, size_, ended_.size());
-  parallel::for_each(threads, size_ + ended_.size(), grain, [&](std::size_t row) {
+  parallel::for_each(threads, size_ + ended_.size(), row_grain, [&](std::size_t row) {
     const std::size_t from = row < size_ ? static_cast<std::size_t>(previous_[row]) : ended_[row - size_];
     if (row < size_ && previous_[row] < 0) {
       clear_row(now_.states, row);
@@ -201,7 +201,7 @@ void ContactTable::begin_step(const parallel::Threads& threads) {
   std::swap(now_, before_);
   const ContactStates& then = before_.states;
   resize(now_, size_, before_.point.size());
-  parallel::for_each(threads, size_, grain, [&](std::size_t row) {
+  parallel::for_each(threads, size_, row_grain, [&](std::size_t row) {
     copy_row(then, row, now_.states, row);
     copy_row(before_.rims, row, now_.rims, row);
     now_.states.speculative[row] = 0;

@@ -12,7 +12,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t grain = 256;
+constexpr std::size_t depth_grain = 256;
 /// Fraction of certainty that is lost with each edge of distance from a crossing, so that distant planes
 /// count less.
 constexpr double loss = 0.01;
@@ -88,7 +88,7 @@ void DepthEstimate::propagate(const Frame& frame) {
   }
   for (Index level = 1; !frontier_.empty(); ++level) {
     next_level(level);
-    parallel::for_each(frame.threads, frontier_.size(), grain, [&](std::size_t f) {
+    parallel::for_each(frame.threads, frontier_.size(), depth_grain, [&](std::size_t f) {
       const Index c = frontier_[f];
       const PlaneSystem::Node& node = at(system_.nodes, c);
       Estimate& own = at(estimates_, c);
@@ -135,11 +135,11 @@ void DepthEstimate::next_level(Index level) {
 void DepthEstimate::balance(const Frame& frame) {
   solve_certainty(frame);
   resize_with_room(planes_, estimates_.size());
-  parallel::for_each(frame.threads, estimates_.size(), grain, [&](std::size_t c) {
+  parallel::for_each(frame.threads, estimates_.size(), depth_grain, [&](std::size_t c) {
     const Vec3& normal = estimates_[c].normal;
     planes_[c] = {estimates_[c].depth + dot(system_.nodes[c].place, normal), normal.x, normal.y, normal.z};
   });
-  parallel::for_each(frame.threads, estimates_.size(), grain, [&](std::size_t c) {
+  parallel::for_each(frame.threads, estimates_.size(), depth_grain, [&](std::size_t c) {
     PlaneSystem::Node& node = system_.nodes[c];
     node.residual = {};
     if (estimates_[c].fixed) return;
@@ -162,7 +162,7 @@ void DepthEstimate::balance(const Frame& frame) {
 /// Computes the certainty of each contact: 1 at a crossing, less with each edge from there. Solves (W_i +
 /// sum_j m_ij + s_i) k_i = W_i + sum_j m_ij k_j, starting at 1.
 void DepthEstimate::solve_certainty(const Frame& frame) {
-  parallel::for_each(frame.threads, estimates_.size(), grain, [&](std::size_t c) {
+  parallel::for_each(frame.threads, estimates_.size(), depth_grain, [&](std::size_t c) {
     PlaneSystem::Node& node = system_.nodes[c];
     const double lost = loss * link_weight * estimates_[c].edges;
     node.diagonal += lost;
@@ -172,7 +172,7 @@ void DepthEstimate::solve_certainty(const Frame& frame) {
     if (levels_[c] < 0 || estimates_[c].fixed || guesses || !std::isfinite(node.diagonal)) leave_out(c);
   });
   system_.solve_offsets(frame.threads, tolerance, most_iterations, frame.deadline);
-  parallel::for_each(frame.threads, estimates_.size(), grain, [&](std::size_t c) {
+  parallel::for_each(frame.threads, estimates_.size(), depth_grain, [&](std::size_t c) {
     const bool guesses = frame.cache.source(c) == PlaneCache::neighbors;
     estimates_[c].certainty = guesses ? 0.0 : std::clamp(1.0 + system_.corrections()[c][0], 0.0, 1.0);
   });

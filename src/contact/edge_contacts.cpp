@@ -14,7 +14,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t grain = 32;
+constexpr std::size_t edge_grain = 32;
 
 }  // namespace
 
@@ -145,13 +145,13 @@ void EdgeContactQuery::find(const parallel::Threads& threads, const Bodies& bodi
   const std::size_t spare = contacts.size();
   list_groups(bodies, spare);
   find_meetings(threads, bodies, positions, spare);
-  const std::size_t chunks = parallel::chunk_count(groups_.size() + spare, grain);
+  const std::size_t chunks = parallel::chunk_count(groups_.size() + spare, edge_grain);
   if (scratches_.size() < chunks) scratches_.resize(chunks + chunks / 8 + 1);
-  lists_.make_room_in_all(scratches_.size(), 2 * grain);
-  lists_.fill(threads, groups_.size(), grain,
+  lists_.make_room_in_all(scratches_.size(), 2 * edge_grain);
+  lists_.fill(threads, groups_.size(), edge_grain,
               [&](std::size_t begin, std::size_t end, std::vector<Row>& rows) {
                 for (std::size_t g = begin; g < end; ++g)
-                  add_rows(bodies, positions, groups_[g], scratches_[begin / grain], rows);
+                  add_rows(bodies, positions, groups_[g], scratches_[begin / edge_grain], rows);
               });
   make_room(rows_, groups_.size() + spare);
   lists_.join(threads, rows_);
@@ -162,7 +162,7 @@ void EdgeContactQuery::find(const parallel::Threads& threads, const Bodies& bodi
   std::apply(
       [&](auto&... column) { (resize(column), ...); },
       std::tie(found.edge, found.body, found.triangles, found.parameters, found.depth, found.direction));
-  parallel::for_each(threads, rows_.size(), 8 * grain, [&](std::size_t i) {
+  parallel::for_each(threads, rows_.size(), 8 * edge_grain, [&](std::size_t i) {
     const Row& row = rows_[i];
     found.edge[i] = row.edge;
     found.body[i] = bodies.body_of(at(bodies.triangles(), row.triangles[0]));

@@ -12,16 +12,12 @@
 namespace palpate {
 namespace {
 
-bool has(const auto& corners, Index point) {
-  return std::find(corners.begin(), corners.end(), point) != corners.end();
-}
-
 /// Whether a tet has the point or one of its neighbours as a corner.
 bool touches_neighborhood(const Bodies& bodies, const Tet& tet, Index point) {
-  if (has(tet, point)) return true;
+  if (has_corner(tet, point)) return true;
   const auto edges = bodies.point_edges()[point];
   return std::any_of(edges.begin(), edges.end(),
-                     [&](Index edge) { return has(tet, bodies.other_end(edge, point)); });
+                     [&](Index edge) { return has_corner(tet, bodies.other_end(edge, point)); });
 }
 
 }  // namespace
@@ -46,7 +42,7 @@ bool same_layer(const Bodies& bodies, std::span<const Vec3> positions, Index poi
   }
   const Tet& goal = at(bodies.tets(), tet_b);
   for (const Index corner : at(bodies.tets(), tet_a)) {
-    if (has(goal, corner)) return true;
+    if (has_corner(goal, corner)) return true;
   }
   const Vec3& a = at(positions, point_a);
   const Vec3& b = at(positions, point_b);

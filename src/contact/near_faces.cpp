@@ -9,10 +9,6 @@
 namespace palpate {
 namespace {
 
-bool has(const auto& corners, Index point) {
-  return std::find(corners.begin(), corners.end(), point) != corners.end();
-}
-
 /// The square of a distance, so much larger that no face at the distance is missed because of rounding.
 double rounded_up(const NearFaces::Frame& frame, double distance) {
   const double enough = distance * (1.0 + 1e-12) + frame.inexact;
@@ -57,7 +53,7 @@ void NearFaces::visit(const Frame& frame, std::uint32_t pair, Found&& found) {
     const Index neighbor = neighbors[k];
     if (neighbor >= 0) {
       if (pair_of(walks_[point].last, neighbor) != none) continue;
-      if (without >= 0 && has(at(frame.bodies.tets(), neighbor), without)) continue;
+      if (without >= 0 && has_corner(at(frame.bodies.tets(), neighbor), without)) continue;
       if (walks_[point].tets < most_tets) {
         add(point, neighbor);
       } else {
@@ -67,7 +63,7 @@ void NearFaces::visit(const Frame& frame, std::uint32_t pair, Found&& found) {
       continue;
     }
     const Index triangle = frame.bodies.triangle_of_face(tet, k);
-    if (without >= 0 && has(at(frame.bodies.triangles(), triangle), without)) continue;
+    if (without >= 0 && has_corner(at(frame.bodies.triangles(), triangle), without)) continue;
     const Tet& corners = at(frame.bodies.tets(), tet);
     const auto& [a, b, c] = outward_face[k];
     const std::array<Vec3, 3> face{at(frame.positions, corners[a]), at(frame.positions, corners[b]),

@@ -9,10 +9,10 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t grain = 256;
+constexpr std::size_t cached_grain = 256;
 /// A cached plane is not used if the point has moved further than this, relative to an edge of the tet: it
 /// may then be beside another part of the surface.
-constexpr double furthest = 0.5;
+constexpr double furthest_moved = 0.5;
 /// Largest ratio by which the thickness of a tet along the direction may change.
 constexpr double most_strain = 4.0;
 /// Factor by which planes age faster in the region of interest.
@@ -42,7 +42,7 @@ bool PlaneCache::follow(const CachedPlanes& planes, std::size_t row, Index point
   for (std::size_t i = 0; i < 4; ++i) place += planes.weights[row][i] * at(positions, tet[i]);
   const auto [a, b, c] = edges_of(tet, positions);
   const Vec3 moved = at(positions, point) - place;
-  if (!(squared_length(moved) <= furthest * furthest * squared_length(a))) return false;
+  if (!(squared_length(moved) <= furthest_moved * furthest_moved * squared_length(a))) return false;
   const Vec3 bc = cross(b, c);
   const Vec3& on_edges = planes.on_edges[row];
   const Vec3 covector =
@@ -102,7 +102,7 @@ void PlaneCache::choose(const parallel::Threads& threads, const Bodies& bodies,
   resize_with_room(urgency_, n);
   const CachedPlanes& cache = last.planes();
   const std::vector<Index>& points = table.contacts().point;
-  parallel::for_each(threads, n, grain, [&](std::size_t c) {
+  parallel::for_each(threads, n, cached_grain, [&](std::size_t c) {
     const auto row = static_cast<std::size_t>(table.previous()[c]);
     const bool has_plane = table.previous()[c] >= 0 && row < cache.tet.size() &&
                            follow(cache, row, points[c], bodies, positions, planes_[c]);

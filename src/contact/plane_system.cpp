@@ -9,7 +9,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t grain = 512;
+constexpr std::size_t plane_grain = 512;
 
 }  // namespace
 
@@ -31,7 +31,7 @@ bool PlaneSystem::beyond(const Node& node, const Plane& change, double tolerance
 /// The first search direction: the change that one sweep of averaging would make.
 template <std::size_t components>
 void PlaneSystem::start(const parallel::Threads& threads, double tolerance) {
-  parallel::for_chunks(threads, nodes.size(), grain,
+  parallel::for_chunks(threads, nodes.size(), plane_grain,
                        [&](std::size_t begin, std::size_t end, std::size_t chunk) {
                          Sums sums;
                          for (std::size_t i = begin; i < end; ++i) {
@@ -54,12 +54,12 @@ int PlaneSystem::solve_components(const parallel::Threads& threads, double toler
   resize_with_room(corrections_, n);
   resize_with_room(search_, n);
   resize_with_room(product_, n);
-  assign_with_room(partial_, parallel::chunk_count(n, grain), Sums{});
+  assign_with_room(partial_, parallel::chunk_count(n, plane_grain), Sums{});
   start<components>(threads, tolerance);
   Sums now = total();
   int iteration = 0;
   for (; iteration < most && now.far && !deadline.passed(); ++iteration) {
-    parallel::for_chunks(threads, n, grain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+    parallel::for_chunks(threads, n, plane_grain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
       Sums sums;
       for (std::size_t i = begin; i < end; ++i) {
         const Node& node = nodes[i];
@@ -80,7 +80,7 @@ int PlaneSystem::solve_components(const parallel::Threads& threads, double toler
     for (std::size_t k = 0; k < components; ++k) {
       if (curvature[k] > 0.0) stride[k] = now.sums[k] / curvature[k];
     }
-    parallel::for_chunks(threads, n, grain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+    parallel::for_chunks(threads, n, plane_grain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
       Sums sums;
       for (std::size_t i = begin; i < end; ++i) {
         Node& node = nodes[i];
@@ -100,7 +100,7 @@ int PlaneSystem::solve_components(const parallel::Threads& threads, double toler
     for (std::size_t k = 0; k < components; ++k) {
       if (now.sums[k] > 0.0) keep[k] = next.sums[k] / now.sums[k];
     }
-    parallel::for_each(threads, n, grain, [&](std::size_t i) {
+    parallel::for_each(threads, n, plane_grain, [&](std::size_t i) {
       for (std::size_t k = 0; k < components; ++k) {
         search_[i][k] = nodes[i].residual[k] / nodes[i].diagonal + keep[k] * search_[i][k];
       }

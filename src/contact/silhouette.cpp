@@ -14,10 +14,6 @@ constexpr double at_side = 1e-6;
 /// Sine of the angle between the line and a triangle that is seen exactly edge-on.
 constexpr double edge_on = 1e-9;
 
-Vec3 across(const Vec3& a, const Vec3& d) {
-  return a - dot(a, d) * d;
-}
-
 bool has_end(const Triangle& triangle, const Edge& edge) {
   return std::ranges::any_of(triangle, [&](Index p) { return p == edge[0] || p == edge[1]; });
 }

@@ -9,7 +9,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t grain = 512;
+constexpr std::size_t normal_grain = 512;
 constexpr double smooth_cosine = 0.5;  // 60 degrees
 
 std::size_t corner_of(const Triangle& triangle, Index point) {
@@ -134,7 +134,7 @@ void SurfaceNormals::number_fans(std::vector<Fan>& fans, std::span<const Index> 
 void SurfaceNormals::prepare(const parallel::Threads& threads, std::span<const Vec3> positions,
                              std::span<const Crossing> crossings) {
   wanted_.forget();
-  parallel::for_chunks(threads, crossings.size(), 8 * grain,
+  parallel::for_chunks(threads, crossings.size(), 8 * normal_grain,
                        [&](std::size_t begin, std::size_t end, std::size_t) {
                          const WantedItems::FirstWanted fans(wanted_);
                          const simd::SmoothTriangle* const triangles = triangles_.data();
@@ -154,10 +154,11 @@ void SurfaceNormals::want(Index triangle) {
 
 void SurfaceNormals::prepare_wanted(const parallel::Threads& threads, std::span<const Vec3> positions) {
   const std::span<const Index> fans = wanted_.list(threads);
-  parallel::for_chunks(threads, fans.size(), grain, [&](std::size_t begin, std::size_t end, std::size_t) {
-    simd::find_fan_normals({positions, fan_begin_, fan_triangles_}, fans.subspan(begin, end - begin), areas_,
-                           units_);
-  });
+  parallel::for_chunks(threads, fans.size(), normal_grain,
+                       [&](std::size_t begin, std::size_t end, std::size_t) {
+                         simd::find_fan_normals({positions, fan_begin_, fan_triangles_},
+                                                fans.subspan(begin, end - begin), areas_, units_);
+                       });
 }
 
 /// Distance of a point of a triangle from the nearest crease, in heights of the triangle; at most 1.

@@ -17,8 +17,8 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t cluster_grain = 64;
-constexpr std::size_t pair_grain = 16;
+constexpr std::size_t swept_cluster_grain = 64;
+constexpr std::size_t swept_pair_grain = 16;
 constexpr std::size_t most_edges = 3 * Cluster::most_primitives;
 
 /// Primitives of one cluster that may touch the other cluster of a pair, with their boxes in its frame.
@@ -126,7 +126,7 @@ void SweptQuery::begin(const Step& step, std::span<const Vec3> from) {
 
 /// Boxes grow by rounding errors of positions and by the tolerance, so that touches within it are found, too.
 void SweptQuery::sweep_clusters(const Step& step) {
-  parallel::for_each(step.threads, clusters_.size(), cluster_grain, [&](std::size_t c) {
+  parallel::for_each(step.threads, clusters_.size(), swept_cluster_grain, [&](std::size_t c) {
     Swept swept;
     for (const Index p : surface_.clusters.points_of(surface_.clusters.clusters[c])) {
       const Vec3& from = at(step.start, p);
@@ -142,7 +142,7 @@ void SweptQuery::sweep_clusters(const Step& step) {
 
 /// Extends the boxes of positions by other positions at the start of the step.
 void SweptQuery::extend_places(const Step& step, std::span<const Vec3> from) {
-  parallel::for_each(step.threads, clusters_.size(), cluster_grain, [&](std::size_t c) {
+  parallel::for_each(step.threads, clusters_.size(), swept_cluster_grain, [&](std::size_t c) {
     Box places;
     for (const Index p : surface_.clusters.points_of(surface_.clusters.clusters[c]))
       places.extend(at(from, p));
@@ -249,7 +249,7 @@ void SweptQuery::find_cluster_pairs(const Step& step) {
   std::sort(by_lower_.begin(), by_lower_.end(),
             [&](Index a, Index b) { return lower(a) != lower(b) ? lower(a) < lower(b) : a < b; });
   pair_lists_.fill(
-      step.threads, by_lower_.size(), cluster_grain,
+      step.threads, by_lower_.size(), swept_cluster_grain,
       [&](std::size_t begin, std::size_t end, std::vector<Pair>& list) {
         for (std::size_t i = begin; i < end; ++i) {
           const Index a = by_lower_[i];
@@ -270,10 +270,10 @@ void SweptQuery::find_cluster_pairs(const Step& step) {
 }
 
 void SweptQuery::test_pairs(const Step& step) {
-  assign_with_room(tested_, parallel::chunk_count(pairs_.size(), pair_grain), std::size_t{0});
-  lists_.fill(step.threads, pairs_.size(), pair_grain,
+  assign_with_room(tested_, parallel::chunk_count(pairs_.size(), swept_pair_grain), std::size_t{0});
+  lists_.fill(step.threads, pairs_.size(), swept_pair_grain,
               [&](std::size_t begin, std::size_t end, std::vector<SweptContact>& list) {
-                std::size_t& tested = tested_[begin / pair_grain];
+                std::size_t& tested = tested_[begin / swept_pair_grain];
                 for (std::size_t i = begin; i < end; ++i) test_pair(step, pairs_[i], list, tested);
               });
   lists_.join(step.threads, contacts_);

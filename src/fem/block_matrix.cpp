@@ -11,7 +11,7 @@
 namespace palpate::fem {
 namespace {
 
-constexpr std::size_t slice_grain = 8;
+constexpr std::size_t block_slice_grain = 8;
 constexpr Index most_elements = Index{1} << 28;  // an element and two of its corners must fit into 32 bits
 constexpr std::size_t most_tangent_values = std::size_t{1} << 31;  // twice a place must fit into 32 bits
 constexpr std::uint32_t no_slot = 0xffffffffU;
@@ -268,7 +268,7 @@ void BlockMatrix::assemble(const parallel::Threads& threads, std::span<const dou
                                   .masses = masses_.data(),
                                   .mixed = mixed_};
   float* values = slots_.empty() ? nullptr : slots_.front().values.data();
-  parallel::for_chunks(threads, slice_count(), slice_grain,
+  parallel::for_chunks(threads, slice_count(), block_slice_grain,
                        [&](std::size_t begin, std::size_t end, std::size_t) {
                          const std::size_t full = std::clamp(first_tangent_slice_, begin, end);
                          simd::assemble_slices(rows, values, diagonal_blocks_.data(), begin, full);

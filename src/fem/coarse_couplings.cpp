@@ -8,9 +8,9 @@
 namespace palpate::fem {
 namespace {
 
-constexpr std::size_t node_grain = 64;
-constexpr std::size_t coupling_grain = 64;
-constexpr std::uint32_t none = 0xffffffffU;
+constexpr std::size_t coupled_node_grain = 64;
+constexpr std::size_t coarse_coupling_grain = 64;
+constexpr std::uint32_t no_place = 0xffffffffU;
 
 }  // namespace
 
@@ -90,58 +90,61 @@ std::span<const CoarseLevel::Entry> CoarseLevel::entries(std::size_t node) const
 /// Finds the pattern of the couplings' matrix: nodes with a common coupling.
 void CoarseLevel::find_columns(const parallel::Threads& threads) {
   assign_with_room(coupled_.begin, size() + 1, 0U);
-  chunks_.resize(parallel::chunk_count(size(), node_grain));
-  parallel::for_chunks(threads, size(), node_grain, [&](std::size_t begin, std::size_t end, std::size_t c) {
-    Chunk& chunk = chunks_[c];
-    chunk.columns.clear();
-    if (entry_begin_[begin] == entry_begin_[end]) return;
-    if (chunk.places.empty()) chunk.places.assign(size(), none);
-    for (std::size_t node = begin; node < end; ++node) {
-      const std::size_t first = chunk.columns.size();
-      for (const Entry& entry : entries(node)) {
-        for (const std::uint32_t other : jacobians_.of(entry.coupling)) {
-          if (chunk.places[other] != none) continue;
-          chunk.places[other] = 0;
-          chunk.columns.push_back(other);
+  chunks_.resize(parallel::chunk_count(size(), coupled_node_grain));
+  parallel::for_chunks(
+      threads, size(), coupled_node_grain, [&](std::size_t begin, std::size_t end, std::size_t c) {
+        Chunk& chunk = chunks_[c];
+        chunk.columns.clear();
+        if (entry_begin_[begin] == entry_begin_[end]) return;
+        if (chunk.places.empty()) chunk.places.assign(size(), no_place);
+        for (std::size_t node = begin; node < end; ++node) {
+          const std::size_t first = chunk.columns.size();
+          for (const Entry& entry : entries(node)) {
+            for (const std::uint32_t other : jacobians_.of(entry.coupling)) {
+              if (chunk.places[other] != no_place) continue;
+              chunk.places[other] = 0;
+              chunk.columns.push_back(other);
+            }
+          }
+          const auto own = chunk.columns.begin() + static_cast<std::ptrdiff_t>(first);
+          std::sort(own, chunk.columns.end());
+          for (std::size_t k = first; k < chunk.columns.size(); ++k)
+            chunk.places[chunk.columns[k]] = no_place;
+          coupled_.begin[node + 1] = static_cast<std::uint32_t>(chunk.columns.size() - first);
         }
-      }
-      const auto own = chunk.columns.begin() + static_cast<std::ptrdiff_t>(first);
-      std::sort(own, chunk.columns.end());
-      for (std::size_t k = first; k < chunk.columns.size(); ++k) chunk.places[chunk.columns[k]] = none;
-      coupled_.begin[node + 1] = static_cast<std::uint32_t>(chunk.columns.size() - first);
-    }
-  });
+      });
   for (std::size_t i = 0; i < size(); ++i) coupled_.begin[i + 1] += coupled_.begin[i];
   resize_with_room(coupled_.columns, coupled_.begin.back());
   resize_with_room(coupled_.blocks, simd::six_rows * coupled_.columns.size());
   for (std::size_t c = 0; c < chunks_.size(); ++c)
-    std::ranges::copy(chunks_[c].columns, coupled_.columns.begin() + coupled_.begin[c * node_grain]);
+    std::ranges::copy(chunks_[c].columns, coupled_.columns.begin() + coupled_.begin[c * coupled_node_grain]);
 }
 
 /// Adds up the blocks on and above the diagonal.
 void CoarseLevel::add_blocks(const parallel::Threads& threads) {
-  parallel::for_chunks(threads, size(), node_grain, [&](std::size_t begin, std::size_t end, std::size_t c) {
-    Chunk& chunk = chunks_[c];
-    for (std::size_t node = begin; node < end; ++node) {
-      const std::uint32_t first = coupled_.begin[node];
-      const std::uint32_t last = coupled_.begin[node + 1];
-      if (first == last) continue;
-      for (std::uint32_t k = first; k < last; ++k) chunk.places[coupled_.columns[k]] = k;
-      chunk.terms.clear();
-      for (const Entry& entry : entries(node)) {
-        const std::uint32_t start = jacobians_.begin[entry.coupling];
-        for (std::uint32_t b = start; b < start + jacobians_.count[entry.coupling]; ++b) {
-          const std::uint32_t other = jacobians_.nodes[b];
-          if (other >= node)
-            chunk.terms.push_back({entry.block, b, chunk.places[other], jacobians_.rows[entry.coupling]});
+  parallel::for_chunks(
+      threads, size(), coupled_node_grain, [&](std::size_t begin, std::size_t end, std::size_t c) {
+        Chunk& chunk = chunks_[c];
+        for (std::size_t node = begin; node < end; ++node) {
+          const std::uint32_t first = coupled_.begin[node];
+          const std::uint32_t last = coupled_.begin[node + 1];
+          if (first == last) continue;
+          for (std::uint32_t k = first; k < last; ++k) chunk.places[coupled_.columns[k]] = k;
+          chunk.terms.clear();
+          for (const Entry& entry : entries(node)) {
+            const std::uint32_t start = jacobians_.begin[entry.coupling];
+            for (std::uint32_t b = start; b < start + jacobians_.count[entry.coupling]; ++b) {
+              const std::uint32_t other = jacobians_.nodes[b];
+              if (other >= node)
+                chunk.terms.push_back({entry.block, b, chunk.places[other], jacobians_.rows[entry.coupling]});
+            }
+          }
+          for (std::uint32_t k = first; k < last; ++k) chunk.places[coupled_.columns[k]] = no_place;
+          double* blocks = coupled_.blocks.data();
+          std::fill(blocks + simd::six_rows * first, blocks + simd::six_rows * last, 0.0);
+          simd::add_outer_products(jacobians_.motions.data(), chunk.terms.data(), chunk.terms.size(), blocks);
         }
-      }
-      for (std::uint32_t k = first; k < last; ++k) chunk.places[coupled_.columns[k]] = none;
-      double* blocks = coupled_.blocks.data();
-      std::fill(blocks + simd::six_rows * first, blocks + simd::six_rows * last, 0.0);
-      simd::add_outer_products(jacobians_.motions.data(), chunk.terms.data(), chunk.terms.size(), blocks);
-    }
-  });
+      });
 }
 
 /// Stores the blocks off the diagonal for the kernels, and inverts those on it.
@@ -153,7 +156,7 @@ void CoarseLevel::store_blocks(const parallel::Threads& threads) {
   }
   resize_with_room(coupled_off_diagonal_.columns, coupled_off_diagonal_.begin.back());
   resize_with_room(coupled_off_diagonal_.blocks, simd::six_by_six * coupled_off_diagonal_.begin.back());
-  parallel::for_each(threads, size(), node_grain, [&](std::size_t node) {
+  parallel::for_each(threads, size(), coupled_node_grain, [&](std::size_t node) {
     std::uint32_t place = coupled_off_diagonal_.begin[node];
     for (std::uint32_t k = coupled_.begin[node]; k < coupled_.begin[node + 1]; ++k) {
       const std::uint32_t column = coupled_.columns[k];
@@ -200,16 +203,16 @@ void CoarseLevel::coarsen_couplings(const parallel::Threads& threads, CouplingJa
   next.reset(couplings, block_limits_);
   std::ranges::copy(jacobians_.rows, next.rows.begin());
   // Room in all chunks for the most terms of one, so that only the first steps allocate.
-  const std::size_t chunks = parallel::chunk_count(couplings, coupling_grain);
+  const std::size_t chunks = parallel::chunk_count(couplings, coarse_coupling_grain);
   if (coupling_chunks_.size() < chunks) coupling_chunks_.resize(chunks + chunks / 8 + 1);
   std::size_t most = 0;
-  for (std::size_t first = 0; first < couplings; first += coupling_grain) {
-    most = std::max<std::size_t>(most,
-                                 next.begin[std::min(first + coupling_grain, couplings)] - next.begin[first]);
+  for (std::size_t first = 0; first < couplings; first += coarse_coupling_grain) {
+    most = std::max<std::size_t>(
+        most, next.begin[std::min(first + coarse_coupling_grain, couplings)] - next.begin[first]);
   }
   for (Chunk& chunk : coupling_chunks_) make_room(chunk.terms, most);
   parallel::for_chunks(
-      threads, couplings, coupling_grain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+      threads, couplings, coarse_coupling_grain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
         std::vector<simd::BlockTerm>& terms = coupling_chunks_[chunk].terms;
         terms.clear();
         for (std::size_t c = begin; c < end; ++c) {

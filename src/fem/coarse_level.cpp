@@ -8,7 +8,7 @@
 namespace palpate::fem {
 namespace {
 
-constexpr std::size_t node_grain = 32;
+constexpr std::size_t level_node_grain = 32;
 constexpr int cycles = 2;  // Gauss-Seidel cycles in a solve of a level
 
 }  // namespace
@@ -93,17 +93,19 @@ void CoarseLevel::correct(const parallel::Threads& threads, std::span<CoarseLeve
                           std::span<const simd::Six> change) {
   const simd::SixMatrix a = matrix();
   CoarseLevel& next = below.front();
-  parallel::for_chunks(threads, size(), node_grain, [&](std::size_t begin, std::size_t end, std::size_t) {
-    simd::residual_above(a, change.data(), residual_.data(), begin, end);
-  });
+  parallel::for_chunks(threads, size(), level_node_grain,
+                       [&](std::size_t begin, std::size_t end, std::size_t) {
+                         simd::residual_above(a, change.data(), residual_.data(), begin, end);
+                       });
   parallel::for_chunks(
-      threads, next.size(), node_grain, [&](std::size_t begin, std::size_t end, std::size_t) {
+      threads, next.size(), level_node_grain, [&](std::size_t begin, std::size_t end, std::size_t) {
         simd::multiply_six(restriction_.rows(), residual_.data(), next.right_side_.data(), begin, end);
       });
   next.solve(threads, below.subspan(1));
-  parallel::for_chunks(threads, size(), node_grain, [&](std::size_t begin, std::size_t end, std::size_t) {
-    simd::add_six(transfer_.rows(), next.solution_.data(), solution_.data(), begin, end);
-  });
+  parallel::for_chunks(threads, size(), level_node_grain,
+                       [&](std::size_t begin, std::size_t end, std::size_t) {
+                         simd::add_six(transfer_.rows(), next.solution_.data(), solution_.data(), begin, end);
+                       });
 }
 
 template void store_padded<6, 6>(const Dense<6, 6>&, float*);

@@ -17,9 +17,6 @@ constexpr double safety = 2.0;
 constexpr double stale_below = 1e-5;
 /// If the float residual has grown by this factor, rounding makes the iteration diverge.
 constexpr double diverged_above = 1e4;
-double dot(const simd::Padded3& a, const simd::Padded3& b) {
-  return a.x * b.x + a.y * b.y + a.z * b.z;
-}
 
 }  // namespace
 

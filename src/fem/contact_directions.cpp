@@ -3,12 +3,12 @@
 #include <array>
 
 #include "fem/contact_solver_run.hpp"
+#include "fem/grains.hpp"
 #include "simd/direction_rows.hpp"
 
 namespace palpate::fem {
 namespace {
 
-constexpr std::size_t slice_grain = 16;
 using ChunkOfRows = std::array<float, simd::slice_values * slice_grain>;
 
 }  // namespace

@@ -9,13 +9,13 @@ namespace palpate::fem {
 namespace {
 
 /// Allowed drift of the float residual from the true one, as a fraction of the goal.
-constexpr double drift_fraction = 0.1;
+constexpr double contact_drift_fraction = 0.1;
 /// Iterations with multigrid after which a solve knows its error from the changes of the solution.
 constexpr int informative = 20;
 /// The largest of so many last changes counts, with multigrid.
 constexpr std::size_t window = 3;
 /// Safety factor of the error estimate from the last change (several inner iterations of block Jacobi).
-constexpr double safety = 2.0;
+constexpr double contact_safety = 2.0;
 
 }  // namespace
 
@@ -46,7 +46,7 @@ void ContactSolver::estimate_error(Run& run) const {
     if (run.steps < informative)
       estimate = std::max(estimate, 0.5 * run.report.error_per_bound * run.error_bound());
   } else if (run.inner > 1) {
-    estimate = safety * change_estimate_.error();
+    estimate = contact_safety * change_estimate_.error();
   }
   run.report.relative_error = std::min(run.error_bound(), estimate) / run.solution_unit();
 }
@@ -79,7 +79,7 @@ bool ContactSolver::check_true_residual(Run& run) {
         }
         return static_cast<double>(inverse_masses[row]) * sum;
       }));
-  const bool near = off <= drift_fraction * run.goal.tolerance * run.solution_unit();
+  const bool near = off <= contact_drift_fraction * run.goal.tolerance * run.solution_unit();
   run.exact_products = run.exact_products || !near;
   return near;
 }

@@ -5,12 +5,11 @@
 #include <limits>
 
 #include "fem/contact_solver_run.hpp"
+#include "fem/grains.hpp"
 
 namespace palpate::fem {
 namespace {
 
-constexpr std::size_t slice_grain = 16;
-constexpr std::size_t contact_grain = 256;
 /// Iterations after which the preconditioner is renewed with the current contacts.
 constexpr int renewal = 16;
 /// A solve that is limited by rounding ends after this number of checks of the true residual, unless products

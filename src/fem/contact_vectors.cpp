@@ -3,15 +3,13 @@
 #include <cmath>
 
 #include "fem/contact_solver_run.hpp"
+#include "fem/grains.hpp"
 #include "room.hpp"
 #include "simd/direction_rows.hpp"
 
 namespace palpate::fem {
 namespace {
 
-constexpr std::size_t slice_grain = 16;
-constexpr std::size_t point_grain = 256;
-constexpr std::size_t contact_grain = 256;
 using ChunkOfRows = std::array<float, simd::slice_values * slice_grain>;
 
 /// Computes M v for a chunk of rows. The chunk begins at index `from`.

@@ -3,16 +3,11 @@
 #include <algorithm>
 #include <numeric>
 
+#include "fem/grains.hpp"
 #include "geometry/vector.hpp"
 #include "simd/corner_sums.hpp"
 
 namespace palpate::fem {
-namespace {
-
-constexpr std::size_t point_grain = 256;
-
-}  // namespace
-
 CornerSums::CornerSums(std::span<const Tet> corners, std::size_t point_count) {
   constexpr std::uint32_t none = 0xffffffffU;
   std::vector<std::uint32_t> part_of_point(point_count, none);  // index of each point in the current chunk

@@ -11,7 +11,7 @@ namespace palpate::fem {
 namespace {
 
 constexpr std::size_t coupling_grain = 256;
-constexpr std::size_t point_grain = 1024;
+constexpr std::size_t coupled_point_grain = 1024;
 
 }  // namespace
 
@@ -119,7 +119,7 @@ void CouplingSystem::order_entries(const parallel::Threads& threads, std::span<c
   }
   for (std::size_t row = 0; row < row_count; ++row) row_begin_[row + 1] += row_begin_[row];
   resize_with_room(row_entries_, entries_.size());
-  parallel::for_each(threads, row_of_point.size(), point_grain, [&](std::size_t point) {
+  parallel::for_each(threads, row_of_point.size(), coupled_point_grain, [&](std::size_t point) {
     if (row_of_point[point] < 0) return;
     Index next = at(row_begin_, row_of_point[point]);
     for (const Entry& entry : entries(static_cast<Index>(point)))

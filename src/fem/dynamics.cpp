@@ -9,6 +9,7 @@
 
 #include "fem/body_title.hpp"
 #include "fem/check_length.hpp"
+#include "fem/grains.hpp"
 #include "fem/lumping.hpp"
 #include "fem/material_check.hpp"
 #include "fem/padded_vectors.hpp"
@@ -17,7 +18,6 @@
 namespace palpate::fem {
 namespace {
 
-constexpr std::size_t point_grain = 256;
 constexpr const char* source_name = "dynamics";
 
 void check_materials(const Bodies& bodies, const Materials& materials) {

@@ -3,11 +3,11 @@
 #include <cmath>
 
 #include "fem/dynamics.hpp"
+#include "fem/grains.hpp"
 
 namespace palpate::fem {
 namespace {
 
-constexpr std::size_t contact_grain = 256;
 /// A linear system is accepted if the error of its forces is at most this; see contact_error().
 constexpr double force_tolerance = 0.01;
 /// Maximum number of linear systems. Contacts are linearised at the solution before.

@@ -11,7 +11,7 @@
 namespace palpate::fem {
 namespace {
 
-constexpr std::size_t element_grain = 256;
+constexpr std::size_t limited_element_grain = 256;
 /// Largest lambda / mu of an inverted element: the value for nu = 1/3.
 constexpr double inverted_ratio = 2.0;
 /// Time in which the bulk modulus returns after inversion, s: several periods of one tet of soft tissue. A
@@ -48,7 +48,7 @@ void Dynamics::set_bulk_fraction(std::size_t element) {
 
 /// Advances the clocks by a completed step.
 void Dynamics::advance_inversion_clocks() {
-  parallel::for_each(threads_, inversion_clocks_.size(), element_grain, [&](std::size_t e) {
+  parallel::for_each(threads_, inversion_clocks_.size(), limited_element_grain, [&](std::size_t e) {
     const double before = inversion_clocks_[e];
     const bool inverted = elements_.inverted(static_cast<Index>(e));
     if (!inverted && before == 0.0) return;

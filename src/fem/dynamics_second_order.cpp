@@ -1,15 +1,10 @@
 #include <algorithm>
 
 #include "fem/dynamics.hpp"
+#include "fem/grains.hpp"
 
 // Steps of second order: BDF2 as a step of implicit Euler from extrapolated positions and velocities.
 namespace palpate::fem {
-namespace {
-
-constexpr std::size_t point_grain = 256;
-
-}  // namespace
-
 void Dynamics::keep_past(bool on) {
   keeps_past_ = on;
   if (!on) forget_past();

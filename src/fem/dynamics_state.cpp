@@ -8,15 +8,11 @@
 
 // The part of Dynamics that gets and sets its state, and computes its energies.
 namespace palpate::fem {
-namespace {
-
-constexpr const char* source_name = "dynamics";
-
-}  // namespace
+namespace {}  // namespace
 
 void Dynamics::check_points(std::span<const Vec3> values, const char* name) {
   check_length(name, values.size(), masses_.size(), "point");
-  if (!all_finite(values)) throw Error(source_name, name, "a value that is not finite", "finite values");
+  if (!all_finite(values)) throw Error("dynamics", name, "a value that is not finite", "finite values");
 }
 
 void Dynamics::set_positions(std::span<const Vec3> positions) {
@@ -51,7 +47,7 @@ void Dynamics::check_tensors(const char* name, std::span<const SymmetricMatrix3>
   check_length(name, values.size(), expected, per);
   for (const SymmetricMatrix3& value : values) {
     if (!std::isfinite(norm(value)))
-      throw Error(source_name, name, "a value that is not finite", "finite values");
+      throw Error("dynamics", name, "a value that is not finite", "finite values");
   }
 }
 

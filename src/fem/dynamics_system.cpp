@@ -1,16 +1,11 @@
 #include <cmath>
 
 #include "fem/dynamics.hpp"
+#include "fem/grains.hpp"
 #include "fem/padded_vectors.hpp"
 
 // The linear system of a step: matrix, forces and right side.
 namespace palpate::fem {
-namespace {
-
-constexpr std::size_t point_grain = 256;
-
-}  // namespace
-
 /// Makes B = (1 + h a) M + (h b + h^2) K', with the damping a and b of the tets, and the forces. Both are at
 /// the positions at the start of the step, or at those of place_linear_positions().
 void Dynamics::linearise() {

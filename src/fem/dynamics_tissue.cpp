@@ -3,12 +3,12 @@
 #include <cmath>
 
 #include "fem/dynamics.hpp"
+#include "fem/grains.hpp"
 #include "fem/padded_vectors.hpp"
 
 namespace palpate::fem {
 namespace {
 
-constexpr std::size_t point_grain = 256;
 /// Smallest accepted decrease of the energy by an update, as a fraction of the decrease that the linear
 /// system predicts.
 constexpr double least_decrease = 1e-4;

@@ -8,6 +8,7 @@
 #include <palpate/error.hpp>
 
 #include "fem/body_title.hpp"
+#include "fem/grains.hpp"
 #include "fem/padded_vectors.hpp"
 #include "fem/rotation.hpp"
 #include "fem/row_order.hpp"
@@ -18,7 +19,6 @@ namespace palpate::fem {
 namespace {
 
 constexpr std::size_t element_grain = CornerSums::chunk;
-constexpr std::size_t point_grain = 256;
 
 /// Edges from corner 0 as columns: D_m of Mueller & Gross 2004.
 Matrix3 edge_matrix(std::span<const Vec3> points, const Tet& tet) {

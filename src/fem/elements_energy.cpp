@@ -10,7 +10,7 @@
 namespace palpate::fem {
 namespace {
 
-constexpr std::size_t element_grain = CornerSums::chunk;
+constexpr std::size_t energy_element_grain = CornerSums::chunk;
 
 }  // namespace
 
@@ -50,7 +50,7 @@ ElementDeformation Elements::deformation(Index element, std::span<const Vec3> po
 std::vector<simd::Padded3> Elements::displacements(const parallel::Threads& threads,
                                                    std::span<const Vec3> positions) const {
   std::vector<simd::Padded3> displacements(positions.size());
-  parallel::for_each(threads, positions.size(), element_grain,
+  parallel::for_each(threads, positions.size(), energy_element_grain,
                      [&](std::size_t i) { displacements[i] = padded(positions[i] - points_rest_[i]); });
   return displacements;
 }
@@ -81,7 +81,7 @@ void Elements::set_plastic_strains(std::span<const SymmetricMatrix3> strains) {
 
 void Elements::flow(const parallel::Threads& threads, std::span<const Vec3> positions, double time_step,
                     std::span<SymmetricMatrix3> next) const {
-  parallel::for_each(threads, plastic_strains_.size(), element_grain, [&](std::size_t e) {
+  parallel::for_each(threads, plastic_strains_.size(), energy_element_grain, [&](std::size_t e) {
     next[e] = plastic_strains_[e];
     if (!yields(e)) return;
     const Matrix3 f = deformation_gradient(e, positions);

@@ -9,7 +9,7 @@
 namespace palpate::fem {
 namespace {
 
-constexpr std::size_t element_grain = 128;
+constexpr std::size_t viscous_element_grain = 128;
 
 }  // namespace
 
@@ -95,7 +95,7 @@ void Elements::add_viscous_forces(std::size_t element, std::span<const Vec3> pos
 
 void Elements::relax(const parallel::Threads& threads, std::span<const Vec3> positions) {
   const std::span<const Index> viscous = viscosity_.elements();
-  parallel::for_each(threads, viscous.size(), element_grain, [&](std::size_t k) {
+  parallel::for_each(threads, viscous.size(), viscous_element_grain, [&](std::size_t k) {
     viscosity_.advance(static_cast<std::size_t>(viscous[k]), biot_stress(deformation(viscous[k], positions)));
   });
   if (!smoothing_.is_viscous()) return;

@@ -4,6 +4,14 @@
 #include "fem/transfer.hpp"
 
 namespace palpate::fem {
+
+/// Some rows of the product.
+struct ProductRows {
+  std::vector<std::uint32_t> lengths;
+  std::vector<std::uint32_t> columns;
+  std::vector<Dense<6, 6>> blocks;
+};
+
 namespace {
 
 constexpr std::size_t chunks = 16;
@@ -36,13 +44,6 @@ class Found {
   std::vector<std::uint32_t> items_;
 };
 
-/// Some rows of the product.
-struct Rows {
-  std::vector<std::uint32_t> lengths;
-  std::vector<std::uint32_t> columns;
-  std::vector<Dense<6, 6>> blocks;
-};
-
 /// Computes rows of P^T A P. With the column p of P of an aggregate and A symmetric, its row is (A p)^T P.
 template <std::size_t N>
 class RowMaker {
@@ -51,7 +52,8 @@ class RowMaker {
       : a_(a), transfer_(transfer), nodes_(a.size()), aggregates_(aggregate_count) {}
 
   /// \param column  blocks of the transfer from this aggregate; `nodes` are theirs
-  void append(std::span<const std::uint32_t> column, std::span<const std::uint32_t> nodes, Rows& rows) {
+  void append(std::span<const std::uint32_t> column, std::span<const std::uint32_t> nodes,
+              ProductRows& rows) {
     multiply(column, nodes);
     for (const std::uint32_t j : nodes_.items()) {
       for (std::uint32_t e = transfer_.begin[j]; e < transfer_.begin[j + 1]; ++e)
@@ -103,7 +105,7 @@ BlockRows<6, 6> galerkin(const parallel::Threads& threads, const BlockRows<N, N>
                          const BlockRows<N, 6>& transfer, std::size_t aggregate_count) {
   const ColumnLists columns = columns_of(transfer, aggregate_count);
   const std::size_t grain = aggregate_count / chunks + 1;
-  std::vector<Rows> parts(parallel::chunk_count(aggregate_count, grain));
+  std::vector<ProductRows> parts(parallel::chunk_count(aggregate_count, grain));
   parallel::for_chunks(threads, aggregate_count, grain,
                        [&](std::size_t begin, std::size_t end, std::size_t chunk) {
                          RowMaker<N> maker(a, transfer, aggregate_count);
@@ -116,10 +118,10 @@ BlockRows<6, 6> galerkin(const parallel::Threads& threads, const BlockRows<N, N>
                        });
   BlockRows<6, 6> result;
   std::size_t blocks = 0;
-  for (const Rows& part : parts) blocks += part.blocks.size();
+  for (const ProductRows& part : parts) blocks += part.blocks.size();
   result.columns.reserve(blocks);
   result.blocks.reserve(blocks);
-  for (const Rows& part : parts) {
+  for (const ProductRows& part : parts) {
     for (const std::uint32_t length : part.lengths) result.begin.push_back(result.begin.back() + length);
     result.columns.insert(result.columns.end(), part.columns.begin(), part.columns.end());
     result.blocks.insert(result.blocks.end(), part.blocks.begin(), part.blocks.end());

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fem/grains.hpp"
 #include "room.hpp"
 
 namespace palpate::fem {
 namespace {
 
-constexpr std::size_t slice_grain = 16;
 constexpr std::size_t relax_grain = 4;  // slices of a color, which are few
 
 std::size_t slice_of(std::int32_t row) {

@@ -3,17 +3,11 @@
 #include <cmath>
 
 #include "fem/conjugate_gradients.hpp"
+#include "fem/grains.hpp"
 #include "fem/padded_vectors.hpp"
 
 namespace palpate::fem {
 namespace {
-
-constexpr std::size_t slice_grain = 16;
-constexpr std::size_t point_grain = 256;
-
-double dot(const simd::Padded3& a, const simd::Padded3& b) {
-  return a.x * b.x + a.y * b.y + a.z * b.z;
-}
 
 simd::Padded3 minus(const simd::Padded3& a, const simd::Padded3& b) {
   return {a.x - b.x, a.y - b.y, a.z - b.z, 0.0};

@@ -3,13 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fem/grains.hpp"
+
 namespace palpate::fem {
-namespace {
-
-constexpr std::size_t slice_grain = 16;
-
-}  // namespace
-
 /// x += step p, r -= step A p, and the preconditioned r. Returns the sums.
 simd::VectorSums InnerSolve::advance(const parallel::Threads& threads, const simd::GradientVectors& vectors,
                                      double step) {

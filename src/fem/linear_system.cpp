@@ -4,17 +4,11 @@
 #include <cmath>
 #include <utility>
 
+#include "fem/grains.hpp"
 #include "fem/matrix.hpp"
 #include "geometry/vector.hpp"
 
 namespace palpate::fem {
-namespace {
-
-constexpr std::size_t point_grain = 256;
-constexpr std::size_t slice_grain = 16;
-
-}  // namespace
-
 LinearSystem::LinearSystem(const BlockMatrix& blocks, CouplingSystem& couplings,
                            std::vector<std::uint8_t> free)
     : blocks_(&blocks),

@@ -2,16 +2,16 @@
 
 #include <algorithm>
 
+#include "fem/grains.hpp"
 #include "room.hpp"
 
 namespace palpate::fem {
 namespace {
 
-constexpr std::size_t slice_grain = 16;
-constexpr std::size_t node_grain = 16;
-constexpr std::size_t coupling_grain = 64;
+constexpr std::size_t applied_node_grain = 16;
+constexpr std::size_t fine_coupling_grain = 64;
 constexpr int many = 20;                   // a solve with more iterations is slow
-constexpr int few = 12;                    // a solve with more iterations renews the couplings
+constexpr int few_iterations = 12;         // a solve with more iterations renews the couplings
 constexpr int max_stale_iterations = 200;  // iterations of slow solves that cost as much as a new hierarchy
 
 }  // namespace
@@ -23,7 +23,7 @@ bool Multigrid::is_current() const {
 
 void Multigrid::count(int iterations) {
   if (iterations > many) stale_iterations_ += iterations;
-  if (iterations > few) outdated_ = true;
+  if (iterations > few_iterations) outdated_ = true;
 }
 
 void Multigrid::set_reference(std::span<const Vec3> reference, int stale_iterations) {
@@ -60,7 +60,7 @@ void Multigrid::set_couplings(const parallel::Threads& threads, const CouplingSy
   const auto all = couplings.couplings();
   resize_with_room(weights_, all.size());
   assign_with_room(block_limits_, all.size(), 0U);
-  parallel::for_each(threads, all.size(), coupling_grain, [&](std::size_t c) {
+  parallel::for_each(threads, all.size(), fine_coupling_grain, [&](std::size_t c) {
     weights_[c] = weight_rows(couplings.weight(c));
     if (weights_[c].count == 0) return;
     for (std::size_t k = 0; k < 5; ++k) {
@@ -70,7 +70,7 @@ void Multigrid::set_couplings(const parallel::Threads& threads, const CouplingSy
   });
   CouplingJacobians& jacobians = levels_.front().jacobians();
   jacobians.reset(all.size(), block_limits_);
-  parallel::for_each(threads, all.size(), coupling_grain, [&](std::size_t c) {
+  parallel::for_each(threads, all.size(), fine_coupling_grain, [&](std::size_t c) {
     const std::size_t rows = weights_[c].count;
     jacobians.rows[c] = weights_[c].count;
     for (std::size_t k = 0; rows > 0 && k < 5; ++k) {
@@ -138,7 +138,7 @@ double Multigrid::apply(const parallel::Threads& threads, LinearSystem& system, 
     simd::rotated_residual(rows, smoother.rest(), vector_.data(), rotated_.data(), begin, end);
   });
   CoarseLevel& coarse = levels_.front();
-  parallel::for_chunks(threads, coarse.size(), node_grain,
+  parallel::for_chunks(threads, coarse.size(), applied_node_grain,
                        [&](std::size_t begin, std::size_t end, std::size_t) {
                          simd::multiply_six_by_three(restriction_.rows(), rotated_.data(),
                                                      coarse.right_side().data(), begin, end);

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fem/grains.hpp"
 #include "fem/matrix.hpp"
 #include "fem/multigrid.hpp"
 #include "fem/rotation.hpp"
@@ -14,7 +15,6 @@ constexpr std::size_t few_nodes = 40;  // a level with fewer nodes is factored
 constexpr double least_reduction =
     0.8;                         // no further level if it would have more than this fraction of the nodes
 constexpr double strong = 0.05;  // a connection is strong if it is above this fraction of the diagonal blocks
-constexpr std::size_t slice_grain = 16;
 constexpr std::size_t matrix_grain = 256;
 
 Matrix3 minus(const Matrix3& a) {

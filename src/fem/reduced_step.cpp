@@ -9,9 +9,9 @@ namespace palpate::fem {
 namespace {
 
 /// Contacts per chunk. The bits of the result depend on it.
-constexpr std::size_t grain = 64;
+constexpr std::size_t reduced_grain = 64;
 /// Contacts per chunk if each chunk has a matrix of sums.
-constexpr std::size_t matrix_grain = 512;
+constexpr std::size_t reduced_matrix_grain = 512;
 
 std::size_t padded(std::size_t n) {
   return (n + simd::direction_lanes - 1) / simd::direction_lanes * simd::direction_lanes;
@@ -70,8 +70,8 @@ void ReducedStep::set_contacts(std::span<const ContactLaw> laws, const StepFrict
   assign_with_room(bounds_, whole_groups, 0.0);
   resize_with_room(weights_, whole_groups);
   resize_with_room(changes_, whole_groups);
-  make_room(partial_, std::max(2 * parallel::chunk_count(laws.size(), grain),
-                               parallel::chunk_count(laws.size(), matrix_grain) * stride_) *
+  make_room(partial_, std::max(2 * parallel::chunk_count(laws.size(), reduced_grain),
+                               parallel::chunk_count(laws.size(), reduced_matrix_grain) * stride_) *
                           stride_);
   put_in_rows(laws, friction.time_step, law_rows_);
   clear_stiffness();
@@ -90,7 +90,7 @@ simd::ContactRates ReducedStep::rates() const {
 void ReducedStep::update(const parallel::Threads& threads) {
   std::ranges::fill(c_, 0.0);
   at_base_ = true;
-  parallel::for_each(threads, laws_.size(), grain, [&](std::size_t k) {
+  parallel::for_each(threads, laws_.size(), reduced_grain, [&](std::size_t k) {
     velocities_[k] = base_velocities_[k];
     base_forces_[k] = {};
     forces_[k] = {};
@@ -136,7 +136,7 @@ void ReducedStep::compress(const parallel::Threads& threads, std::span<const dou
   }
   double square = 0.0;
   for (std::size_t j = 0; j < size_; ++j) square += a[j] * row[j];
-  parallel::for_each(threads, 3 * laws_.size(), 3 * grain, [&](std::size_t k) {
+  parallel::for_each(threads, 3 * laws_.size(), 3 * reduced_grain, [&](std::size_t k) {
     float* j = rates_.data() + stride_ * k;
     double sum = 0.0;
     for (std::size_t i = 0; i < size_; ++i) sum += a[i] * static_cast<double>(j[i]);
@@ -159,10 +159,10 @@ void ReducedStep::compress(const parallel::Threads& threads, std::span<const dou
 /// f = F at c. The forces are relative to those at c = 0.
 void ReducedStep::project(const parallel::Threads& threads, std::span<const double> c,
                           std::span<const Vec3> forces, std::vector<double>& f) {
-  const std::size_t chunks = parallel::chunk_count(laws_.size(), grain);
+  const std::size_t chunks = parallel::chunk_count(laws_.size(), reduced_grain);
   assign_with_room(partial_, chunks * stride_, 0.0);
   parallel::for_chunks(
-      threads, laws_.size(), grain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+      threads, laws_.size(), reduced_grain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
         simd::project_forces(rates(), forces.data(), partial_.data() + stride_ * chunk, begin, end);
       });
   for (std::size_t i = 0; i < size_; ++i) {
@@ -177,9 +177,10 @@ void ReducedStep::project(const parallel::Threads& threads, std::span<const doub
 /// Computes J step_ once, so that a search along step_ needs no further product with J.
 void ReducedStep::find_step_velocities(const parallel::Threads& threads) {
   std::fill(step_.begin() + static_cast<std::ptrdiff_t>(size_), step_.end(), 0.0);
-  parallel::for_chunks(threads, laws_.size(), grain, [&](std::size_t begin, std::size_t end, std::size_t) {
-    simd::combine_rates(rates(), step_.data(), step_velocities_.data(), begin, end);
-  });
+  parallel::for_chunks(threads, laws_.size(), reduced_grain,
+                       [&](std::size_t begin, std::size_t end, std::size_t) {
+                         simd::combine_rates(rates(), step_.data(), step_velocities_.data(), begin, end);
+                       });
 }
 
 simd::ContactLawRows ReducedStep::law_rows(bool with_bounds) const {
@@ -191,15 +192,16 @@ simd::ContactLawRows ReducedStep::law_rows(bool with_bounds) const {
 /// Forces at these velocities minus those at c = 0: by Coulomb's law, or with the friction bounds held fixed.
 void ReducedStep::find_forces(const parallel::Threads& threads, const std::vector<Vec3>& velocities,
                               bool with_bounds, std::vector<Vec3>& forces) const {
-  parallel::for_chunks(threads, laws_.size(), grain, [&](std::size_t begin, std::size_t end, std::size_t) {
-    simd::contact_forces(law_rows(with_bounds), velocities.data(), base_forces_.data(), forces.data(), begin,
-                         end);
-  });
+  parallel::for_chunks(threads, laws_.size(), reduced_grain,
+                       [&](std::size_t begin, std::size_t end, std::size_t) {
+                         simd::contact_forces(law_rows(with_bounds), velocities.data(), base_forces_.data(),
+                                              forces.data(), begin, end);
+                       });
 }
 
 /// Computes trial velocities and forces at a fraction of step_.
 void ReducedStep::try_step(const parallel::Threads& threads, double step_length, bool with_bounds) {
-  parallel::for_each(threads, laws_.size(), grain, [&](std::size_t k) {
+  parallel::for_each(threads, laws_.size(), reduced_grain, [&](std::size_t k) {
     trial_velocities_[k] = velocities_[k] + step_length * step_velocities_[k];
   });
   find_forces(threads, trial_velocities_, with_bounds, trial_forces_);
@@ -215,10 +217,10 @@ void ReducedStep::accept_trial() {
 
 /// Adds rows and columns of new directions to stiffness_, with its current weights.
 void ReducedStep::assemble_new(const parallel::Threads& threads) {
-  const std::size_t chunks = parallel::chunk_count(laws_.size(), grain);
+  const std::size_t chunks = parallel::chunk_count(laws_.size(), reduced_grain);
   for (; assembled_ < size_; ++assembled_) {
     assign_with_room(partial_, 2 * chunks * stride_, 0.0);
-    parallel::for_chunks(threads, laws_.size(), grain,
+    parallel::for_chunks(threads, laws_.size(), reduced_grain,
                          [&](std::size_t begin, std::size_t end, std::size_t chunk) {
                            double* row = partial_.data() + 2 * stride_ * chunk;
                            simd::add_stiffness_row(rates(), weights_.front().values.data(), assembled_, row,
@@ -255,10 +257,10 @@ void ReducedStep::take_change(std::size_t contact) {
 /// Assembles -dF/dc at the current c. Only contacts whose derivative has changed cost O(directions^2).
 void ReducedStep::assemble(const parallel::Threads& threads, bool with_bounds) {
   assemble_new(threads);
-  const std::size_t chunks = parallel::chunk_count(laws_.size(), matrix_grain);
+  const std::size_t chunks = parallel::chunk_count(laws_.size(), reduced_matrix_grain);
   const std::size_t n = padded(size_);
   assign_with_room(partial_, chunks * stride_ * n, 0.0);
-  parallel::for_chunks(threads, laws_.size(), matrix_grain,
+  parallel::for_chunks(threads, laws_.size(), reduced_matrix_grain,
                        [&](std::size_t begin, std::size_t end, std::size_t chunk) {
                          simd::contact_derivatives(law_rows(with_bounds), velocities_.data(),
                                                    changes_.front().values.data(), begin, end);

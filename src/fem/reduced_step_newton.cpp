@@ -7,7 +7,7 @@
 namespace palpate::fem {
 namespace {
 
-constexpr std::size_t grain = 256;  // contacts
+constexpr std::size_t newton_grain = 256;  // contacts
 /// Stop if |F| has fallen to this fraction of its first value.
 constexpr double reduction = 0.1;
 constexpr int most_rounds = 2;
@@ -154,7 +154,7 @@ double ReducedStep::search_line(const parallel::Threads& threads) {
 /// the minimum of a convex function of c, which this finds. Returns false if c does not change.
 bool ReducedStep::step_convex(const parallel::Threads& threads) {
   constexpr int most_steps = 8;
-  parallel::for_each(threads, laws_.size(), grain, [&](std::size_t k) {
+  parallel::for_each(threads, laws_.size(), newton_grain, [&](std::size_t k) {
     bounds_[k] = friction_.coefficient * contact_force(laws_[k], friction_, velocities_[k]).normal;
   });
   find_forces(threads, velocities_, true, forces_);

@@ -15,7 +15,7 @@ constexpr double small_change = 0.01;
 /// Sweeps also end if the second or a later one reduced the squared change to no less than this fraction.
 constexpr double slow = 0.5;
 /// The result is taken if it reduces |F| to this fraction.
-constexpr double enough = 0.7;
+constexpr double enough_reduction = 0.7;
 
 }  // namespace
 
@@ -89,7 +89,7 @@ bool ReducedStep::step_sweeps(const parallel::Threads& threads) {
   try_step(threads, 1.0, false);
   project(threads, trial_c_, trial_forces_, trial_f_);
   const double found = norm(trial_f_);
-  sweeps_help_ = found < enough * size_of_f_;
+  sweeps_help_ = found < enough_reduction * size_of_f_;
   if (!sweeps_help_) return false;
   accept_trial();
   std::swap(f_, trial_f_);

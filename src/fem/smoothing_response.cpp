@@ -15,7 +15,7 @@ namespace palpate::fem {
 namespace {
 
 constexpr std::size_t domain_grain = 128;
-constexpr std::size_t point_grain = 64;
+constexpr std::size_t smoothed_point_grain = 64;
 
 }  // namespace
 
@@ -171,7 +171,7 @@ double SmoothingDomains::energy(const parallel::Threads& threads,
 }
 
 void SmoothingDomains::add_forces(const parallel::Threads& threads, std::span<simd::Padded3> forces) const {
-  parallel::for_each(threads, smoothed_points_.size(), point_grain, [&](std::size_t i) {
+  parallel::for_each(threads, smoothed_points_.size(), smoothed_point_grain, [&](std::size_t i) {
     Vec3 sum;
     for (const Entry& entry : entries(smoothed_points_[i]))
       sum += stresses_[entry.domain] * rest_gradients_[begin_[entry.domain] + entry.place];
@@ -223,7 +223,7 @@ void SmoothingDomains::multiply(const parallel::Threads& threads, std::span<cons
     if (weights.empty()) return;
     for (double& value : changes_[d].values) value *= at(weights, element(d));
   });
-  parallel::for_each(threads, smoothed_points_.size(), point_grain, [&](std::size_t i) {
+  parallel::for_each(threads, smoothed_points_.size(), smoothed_point_grain, [&](std::size_t i) {
     Vec3 sum;
     for (const Entry& entry : entries(smoothed_points_[i]))
       sum += changes_[entry.domain] * rest_gradients_[begin_[entry.domain] + entry.place];

@@ -13,8 +13,8 @@
 namespace palpate::fem {
 namespace {
 
-constexpr std::size_t grain = 128;
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
+constexpr std::size_t tissue_grain = 128;
+constexpr double no_stress = std::numeric_limits<double>::quiet_NaN();
 
 /// Rows of tets without strain, without what find_invariants() adds.
 TissueState rows_at_rest(std::size_t count, TissueState state) {
@@ -31,21 +31,22 @@ void find_invariants(const parallel::Threads& threads, TissueState& state) {
   state.pressure.resize(state.size());
   state.principal_stress.assign(state.size(), {});  // assign() writes rows faster than resize()
   state.principal_directions.assign(state.size(), {});
-  parallel::for_chunks(threads, state.size(), grain, [&](std::size_t begin, std::size_t end, std::size_t) {
-    for (std::size_t row = begin; row < end; ++row) {
-      const SymmetricTensor& stress = state.stress[row];
-      state.von_mises[row] = von_mises(to_matrix(stress));
-      state.pressure[row] = (stress.xx + stress.yy + stress.zz) / -3.0;
-    }
-    const auto part = [&](auto& rows) { return std::span(rows).subspan(begin, end - begin); };
-    const std::size_t done = simd::symmetric_eigen(part(state.stress), part(state.principal_stress),
-                                                   part(state.principal_directions));
-    for (std::size_t row = begin + done; row < end; ++row) {
-      const SymmetricEigen eigen = symmetric_eigen(to_matrix(state.stress[row]));
-      state.principal_stress[row] = eigen.values;
-      state.principal_directions[row] = eigen.vectors;
-    }
-  });
+  parallel::for_chunks(
+      threads, state.size(), tissue_grain, [&](std::size_t begin, std::size_t end, std::size_t) {
+        for (std::size_t row = begin; row < end; ++row) {
+          const SymmetricTensor& stress = state.stress[row];
+          state.von_mises[row] = von_mises(to_matrix(stress));
+          state.pressure[row] = (stress.xx + stress.yy + stress.zz) / -3.0;
+        }
+        const auto part = [&](auto& rows) { return std::span(rows).subspan(begin, end - begin); };
+        const std::size_t done = simd::symmetric_eigen(part(state.stress), part(state.principal_stress),
+                                                       part(state.principal_directions));
+        for (std::size_t row = begin + done; row < end; ++row) {
+          const SymmetricEigen eigen = symmetric_eigen(to_matrix(state.stress[row]));
+          state.principal_stress[row] = eigen.values;
+          state.principal_directions[row] = eigen.vectors;
+        }
+      });
 }
 
 /// Writes the row of element `lane` of a group.
@@ -98,7 +99,7 @@ struct Mean {
     points.plastic_strain[row] = to_tensor(scale * plastic_strain);
     points.energy_density[row] = scale * energy_density;
     points.volume_ratio[row] = scale * volume_ratio;
-    points.stress[row] = to_tensor((stressed_volume > 0.0 ? 1.0 / stressed_volume : none) * stress);
+    points.stress[row] = to_tensor((stressed_volume > 0.0 ? 1.0 / stressed_volume : no_stress) * stress);
   }
 };
 
@@ -155,9 +156,9 @@ TissueState strain_of_tets(const parallel::Threads& threads, const Bodies& bodie
   };
   const std::vector<simd::Padded3> displacements = elements.displacements(threads, positions);
   constexpr std::size_t group = simd::element_group;
-  static_assert(grain % group == 0);
+  static_assert(tissue_grain % group == 0);
   const auto count = static_cast<std::size_t>(elements.size());
-  parallel::for_chunks(threads, count, grain, [&](std::size_t begin, std::size_t end, std::size_t) {
+  parallel::for_chunks(threads, count, tissue_grain, [&](std::size_t begin, std::size_t end, std::size_t) {
     simd::GroupStress found;
     for (std::size_t e = begin; e < end; ++e) {
       if (e % group == 0) elements.find_group_stress(e, displacements, found);
@@ -170,7 +171,7 @@ TissueState strain_of_tets(const parallel::Threads& threads, const Bodies& bodie
     }
   });
   const std::vector<HyperelasticResponse> smoothed = elements.smoothed_responses(threads, displacements);
-  parallel::for_each(threads, smoothed.size(), grain, [&](std::size_t t) {
+  parallel::for_each(threads, smoothed.size(), tissue_grain, [&](std::size_t t) {
     const Index element = elements.smoothing().tets()[t].element;
     put(tet_of(element), stress_of(elements.deformation(element, positions), smoothed[t]));
   });
@@ -188,7 +189,7 @@ TissueState tissue_of_points(const parallel::Threads& threads, const Bodies& bod
                              const Materials& materials, const TissueState& tets, TissueState memory) {
   TissueState points = rows_at_rest(bodies.points_rest().size(), std::move(memory));
   const Around around{bodies, elements, materials, elements_of_tets(bodies, elements)};
-  parallel::for_each(threads, points.size(), grain, [&](std::size_t p) {
+  parallel::for_each(threads, points.size(), tissue_grain, [&](std::size_t p) {
     const auto point = static_cast<Index>(p);
     const Index material = around.material_at(point);
     if (material < 0) return;

@@ -10,7 +10,7 @@
 namespace palpate::fem {
 namespace {
 
-constexpr std::size_t node_grain = 256;
+constexpr std::size_t transfer_node_grain = 256;
 constexpr int sweeps = 2;
 
 }  // namespace
@@ -123,7 +123,7 @@ class Minimiser {
 
   template <class Body>
   void for_each_node(Body&& body) {
-    parallel::for_each(threads_, nodes_.size(), node_grain, body);
+    parallel::for_each(threads_, nodes_.size(), transfer_node_grain, body);
   }
   template <class Body>
   void for_each_block(std::size_t i, Body&& body) {
@@ -160,7 +160,7 @@ class Minimiser {
   /// \param own_only  x is zero but for the block of each node's own aggregate
   void multiply(const std::vector<Block>& x, std::vector<Block>& y, bool own_only = false) {
     parallel::for_chunks(
-        threads_, nodes_.size(), node_grain, [&](std::size_t begin, std::size_t end, std::size_t) {
+        threads_, nodes_.size(), transfer_node_grain, [&](std::size_t begin, std::size_t end, std::size_t) {
           std::vector<simd::BlockPair> pairs;
           for (std::size_t i = begin; i < end; ++i) {
             for_each_block(i, [&](std::size_t k) { y[k] = {}; });

@@ -10,7 +10,7 @@
 namespace palpate::fem {
 namespace {
 
-constexpr std::size_t element_grain = 256;
+constexpr std::size_t relaxed_element_grain = 256;
 
 /// (1 - exp(-x)) / x for x >= 0.
 double mean_decay(double x, double decay) {
@@ -67,7 +67,7 @@ void ViscousElements::set_time_step(double time_step) {
 }
 
 void ViscousElements::find_history(const parallel::Threads& threads) {
-  parallel::for_each(threads, elements_.size(), element_grain, [&](std::size_t k) {
+  parallel::for_each(threads, elements_.size(), relaxed_element_grain, [&](std::size_t k) {
     const SymmetricMatrix3* const q = stresses_of(k);
     const std::vector<Term>& terms = series_[series_of_[k]].terms;
     SymmetricMatrix3 sum;

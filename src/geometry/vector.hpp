@@ -46,6 +46,10 @@ inline Vec3 normalized(const Vec3& a) {
   return l > 0.0 && std::isfinite(l) ? (1.0 / l) * a : Vec3{};
 }
 
+/// The part of a vector across a unit direction.
+inline Vec3 across(const Vec3& a, const Vec3& direction) {
+  return a - dot(a, direction) * direction;
+}
 inline bool is_finite(const Vec3& a) {
   return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z);
 }

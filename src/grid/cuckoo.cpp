@@ -12,7 +12,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t grain = std::size_t{1} << 14;
+constexpr std::size_t cuckoo_grain = std::size_t{1} << 14;
 
 std::uint32_t hash_in(std::uint64_t word) {
   return static_cast<std::uint32_t>(word >> 32);
@@ -60,7 +60,7 @@ void CuckooGrid::insert_entries(const parallel::Threads& threads) {
 void CuckooGrid::sort_by_hash(const parallel::Threads& threads) {
   const std::size_t n = entries_.size();
   resize_with_room(words_, n);
-  parallel::for_each(threads, n, grain,
+  parallel::for_each(threads, n, cuckoo_grain,
                      [&](std::size_t e) { words_[e] = std::uint64_t{hash_of(entries_[e].cell)} << 32 | e; });
   sort_(threads, words_, 32, std::numeric_limits<std::uint64_t>::max());
   split_clashes(threads);
@@ -69,7 +69,7 @@ void CuckooGrid::sort_by_hash(const parallel::Threads& threads) {
 /// Cells with the same 32 bits of hash may be mixed in the sorted entries: sorts such runs by cell.
 void CuckooGrid::split_clashes(const parallel::Threads& threads) {
   const auto cell = [&](std::uint64_t word) { return entries_[entry_in(word)].cell; };
-  clash_lists_.fill(threads, words_.size(), grain,
+  clash_lists_.fill(threads, words_.size(), cuckoo_grain,
                     [&](std::size_t begin, std::size_t end, std::vector<std::uint32_t>& list) {
                       for (std::size_t w = std::max<std::size_t>(begin, 1); w < end; ++w) {
                         const bool clash = hash_in(words_[w]) == hash_in(words_[w - 1]) &&
@@ -94,7 +94,7 @@ void CuckooGrid::split_clashes(const parallel::Threads& threads) {
 void CuckooGrid::find_keys(const parallel::Threads& threads) {
   const std::size_t n = words_.size();
   resize_with_room(references_, n);
-  key_lists_.fill(threads, n, grain, [&](std::size_t begin, std::size_t end, std::vector<Key>& list) {
+  key_lists_.fill(threads, n, cuckoo_grain, [&](std::size_t begin, std::size_t end, std::vector<Key>& list) {
     std::uint64_t before = begin == 0 ? no_cell : entries_[entry_in(words_[begin - 1])].cell;
     for (std::size_t w = begin; w < end; ++w) {
       const Entry& entry = entries_[entry_in(words_[w])];

@@ -8,7 +8,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t grain = 2048;
+constexpr std::size_t fixed_grain = 2048;
 /// Grain of loops with little work per item.
 constexpr std::size_t light_grain = 8192;
 
@@ -40,9 +40,9 @@ std::optional<Box> FixedPositions::place(const parallel::Threads& threads, const
   size_ = lattice.size();
   const double scale = std::ldexp(lattice.inverse_cell_size(), fraction_bits_);
   const Vec3 lower = lattice.domain().lower;
-  bounds_.resize(parallel::chunk_count(positions.size(), grain));
+  bounds_.resize(parallel::chunk_count(positions.size(), fixed_grain));
   parallel::for_chunks(
-      threads, positions.size(), grain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+      threads, positions.size(), fixed_grain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
         bounds_[chunk] =
             simd::place_points(positions.subspan(begin, end - begin), lower, scale, points_.data() + begin);
       });

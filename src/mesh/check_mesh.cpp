@@ -16,7 +16,7 @@ namespace palpate {
 namespace {
 
 /// So that volumes, and the products of exact predicates, stay finite.
-constexpr double largest_coordinate = 1e100;
+constexpr double coordinate_limit = 1e100;
 
 /// "(1, 2, 3)", with enough digits to find the number in a file.
 std::string to_text(const Vec3& p) {
@@ -40,8 +40,8 @@ void check_points(const TetMesh& mesh, const std::string& source) {
   }
   for (std::size_t i = 0; i < mesh.points.size(); ++i) {
     const Vec3& p = mesh.points[i];
-    if (!(std::abs(p.x) <= largest_coordinate && std::abs(p.y) <= largest_coordinate &&
-          std::abs(p.z) <= largest_coordinate)) {
+    if (!(std::abs(p.x) <= coordinate_limit && std::abs(p.y) <= coordinate_limit &&
+          std::abs(p.z) <= coordinate_limit)) {
       throw Error(source, "point " + std::to_string(i), "coordinates " + to_text(p),
                   is_finite(p) ? "numbers from -1e100 to 1e100" : "finite numbers");
     }

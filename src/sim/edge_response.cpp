@@ -8,7 +8,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t grain = 64;
+constexpr std::size_t edge_row_grain = 64;
 
 }  // namespace
 
@@ -20,8 +20,8 @@ void EdgeResponse::list(const Frame& frame) {
   make_room(rows_, room);
   const std::size_t crossings = frame.surfaces.crossings->all().size();
   const std::size_t chunks =
-      parallel::chunk_count(std::max(room + frame.table.edges().size(), crossings), grain);
-  lists_.make_room_in_all(chunks, 2 * grain);
+      parallel::chunk_count(std::max(room + frame.table.edges().size(), crossings), edge_row_grain);
+  lists_.make_room_in_all(chunks, 2 * edge_row_grain);
   if (searches_.size() < chunks) searches_.resize(chunks + chunks / 8 + 1);
   measure_support(frame);
   list_edge_contacts(frame);
@@ -57,7 +57,7 @@ void EdgeResponse::list_edge_contacts(const Frame& frame) {
     const bool same = c > 0 && edges.edge[c] == edges.edge[c - 1] && edges.body[c] == edges.body[c - 1];
     numbers_[c] = same ? numbers_[c - 1] + 1 : 0;
   }
-  lists_.fill(frame.threads, edges.size(), grain,
+  lists_.fill(frame.threads, edges.size(), edge_row_grain,
               [&](std::size_t begin, std::size_t end, std::vector<Row>& rows) {
                 for (std::size_t c = begin; c < end; ++c) add_edge_contact(frame, c, numbers_[c], rows);
               });
@@ -66,10 +66,11 @@ void EdgeResponse::list_edge_contacts(const Frame& frame) {
 
 template <class Add>
 void EdgeResponse::append_rows(const Frame& frame, std::size_t size, const Add& add) {
-  lists_.fill(frame.threads, size, grain, [&](std::size_t begin, std::size_t end, std::vector<Row>& rows) {
-    for (std::size_t i = begin; i < end; ++i) add(i, searches_[begin / grain], rows);
-  });
-  lists_.append(frame.threads, rows_, parallel::chunk_count(size, grain));
+  lists_.fill(frame.threads, size, edge_row_grain,
+              [&](std::size_t begin, std::size_t end, std::vector<Row>& rows) {
+                for (std::size_t i = begin; i < end; ++i) add(i, searches_[begin / edge_row_grain], rows);
+              });
+  lists_.append(frame.threads, rows_, parallel::chunk_count(size, edge_row_grain));
 }
 
 void EdgeResponse::list_rim_edges(const Frame& frame) {
@@ -98,7 +99,7 @@ std::span<const EdgeResponse::Row> EdgeResponse::begin(const Frame& frame) {
   list_insets(frame);
   sort_rows();
   resize_with_room(now_, rows_.size());
-  parallel::for_each(frame.threads, rows_.size(), grain, [&](std::size_t i) {
+  parallel::for_each(frame.threads, rows_.size(), edge_row_grain, [&](std::size_t i) {
     EdgeEnd& end = rows_[i].end;
     const fem::Coupling coupling = end.coupling();
     end.velocity = fem::relative(coupling, frame.velocities);

@@ -12,11 +12,11 @@
 namespace palpate {
 namespace {
 
-constexpr const char* source_name = "model change";
+constexpr const char* model_change_name = "model change";
 
 void check_index(const char* where, Index found, std::size_t count) {
   if (found >= 0 && static_cast<std::size_t>(found) < count) return;
-  throw Error(source_name, where, std::to_string(found), "an index below " + std::to_string(count));
+  throw Error(model_change_name, where, std::to_string(found), "an index below " + std::to_string(count));
 }
 
 std::string title(const Bodies& bodies, Index body) {
@@ -32,7 +32,7 @@ class Changer {
   void insert(Index body) {
     check_index("insert", body, holds_.absent.size());
     if (at(holds_.absent, body) == 0) {
-      throw Error(source_name, "insert", title(bodies_, body) + ", which is in the simulation already",
+      throw Error(model_change_name, "insert", title(bodies_, body) + ", which is in the simulation already",
                   "a body that was removed, or absent at the start");
     }
     at(holds_.absent, body) = 0;
@@ -62,7 +62,7 @@ class Changer {
     set(point, 1, -1);
   }
   void move(const PointMove& move) {
-    if (move.points.empty()) throw Error(source_name, "moves", "no point", "one or more points");
+    if (move.points.empty()) throw Error(model_change_name, "moves", "no point", "one or more points");
     const auto number = static_cast<Index>(motions_.size());
     for (const Index point : move.points) {
       check_point("moves", point);
@@ -93,7 +93,7 @@ class Changer {
   }
   void check_present(const char* where, Index body) const {
     if (at(holds_.absent, body) == 0) return;
-    throw Error(source_name, where, title(bodies_, body) + ", which is not in the simulation now",
+    throw Error(model_change_name, where, title(bodies_, body) + ", which is not in the simulation now",
                 "a body that is in it");
   }
   void check_point(const char* where, Index point) const {
@@ -104,7 +104,7 @@ class Changer {
     check_point(where, point);
     const Index body = at(bodies_.body_of_point(), point);
     if (at(holds_.obstacles, body) == 0) return;
-    throw Error(source_name, where, "a point of the rigid body " + title(bodies_, body),
+    throw Error(model_change_name, where, "a point of the rigid body " + title(bodies_, body),
                 "the whole body, or points of one that deforms");
   }
 

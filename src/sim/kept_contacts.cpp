@@ -9,7 +9,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t grain = 256;
+constexpr std::size_t kept_grain = 256;
 /// Largest change of a weight of the foot point; if it moves further, the contact is dropped.
 constexpr double farthest_slide = 0.25;
 
@@ -31,7 +31,7 @@ bool find_gradients(const std::array<Vec3, 4>& corners, std::array<Vec3, 4>& gra
   return true;
 }
 
-struct Motion {
+struct StepMotion {
   std::span<const Vec3> positions;
   std::span<const Vec3> velocities;
   double time_step = 0.0;
@@ -40,7 +40,7 @@ struct Motion {
 
 /// Computes the position of the point relative to the plane. Returns false if it cannot touch within the
 /// step.
-bool place(const Bodies& bodies, const Motion& motion, NearContact& near) {
+bool place(const Bodies& bodies, const StepMotion& motion, NearContact& near) {
   const KeptContact& kept = near.kept;
   const Tet& tet = at(bodies.tets(), kept.tet);
   std::array<Vec3, 4> corners;
@@ -112,8 +112,8 @@ std::span<const NearContact> KeptContacts::near(const parallel::Threads& threads
     const bool is_there = c < contacts.size() && std::pair(contacts.point[c], contacts.body[c]) == key;
     if (!is_there) near_.emplace_back().kept = kept;
   }
-  const Motion motion{positions, velocities, time_step, fall};
-  parallel::for_each(threads, near_.size(), grain, [&](std::size_t i) {
+  const StepMotion motion{positions, velocities, time_step, fall};
+  parallel::for_each(threads, near_.size(), kept_grain, [&](std::size_t i) {
     if (!place(bodies, motion, near_[i])) near_[i].kept.point = -1;
   });
   std::erase_if(near_, [](const NearContact& near) { return near.kept.point < 0; });

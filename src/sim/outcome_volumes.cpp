@@ -9,6 +9,7 @@
 #include "geometry/box.hpp"
 #include "geometry/box_tree.hpp"
 #include "mesh/faces.hpp"
+#include "sim/checked_body.hpp"
 
 // Volumes of parts of bodies, computed by cutting tets.
 namespace palpate {
@@ -65,11 +66,6 @@ double volume_of(const Corners& tet, std::span<const HalfSpace> spaces) {
 
 double signed_volume_of(const Corners& tet, std::span<const HalfSpace> spaces) {
   return std::copysign(volume_of(tet, spaces), six_volumes(tet));
-}
-
-const Body& checked_body(const Bodies& bodies, Index body) {
-  if (body >= 0 && body < bodies.body_count()) return at(bodies.bodies(), body);
-  throw Error("outcomes", "body", std::to_string(body), "less than " + std::to_string(bodies.body_count()));
 }
 
 void check(std::span<const HalfSpace> spaces) {

@@ -14,16 +14,12 @@
 #include "geometry/triangle.hpp"
 #include "geometry/trigonometry.hpp"
 #include "number_text.hpp"
+#include "sim/checked_body.hpp"
 #include "sim/wrench.hpp"
 
 // Positions, rotations, distances and areas.
 namespace palpate {
 namespace {
-
-const Body& checked_body(const Bodies& bodies, Index body) {
-  if (body >= 0 && body < bodies.body_count()) return at(bodies.bodies(), body);
-  throw Error("outcomes", "body", std::to_string(body), "less than " + std::to_string(bodies.body_count()));
-}
 
 /// Barycentric weights of a position in a tet.
 std::array<double, 4> weights_in_tet(const Vec3& p, const Tet& tet, std::span<const Vec3> positions) {

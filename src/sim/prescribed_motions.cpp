@@ -13,14 +13,14 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t grain = 1024;
+constexpr std::size_t motion_grain = 1024;
 
-struct Pose {
+struct MotionPose {
   Quaternion rotation;
   Vec3 translate;
 };
 
-Pose pose(const Motion& motion, double time) {
+MotionPose pose(const Motion& motion, double time) {
   const auto& keys = motion.keyframes;
   const auto next = std::upper_bound(keys.begin(), keys.end(), time,
                                      [](double t, const Keyframe& key) { return t < key.time; });
@@ -98,16 +98,17 @@ PrescribedMotions::PrescribedMotions(std::vector<Motion> motions, std::span<cons
 std::span<const Vec3> PrescribedMotions::positions(const parallel::Threads& threads, double time) {
   // There are few motions and many points. The loop over points computes the poses again for each chunk,
   // which is cheaper than a table.
-  parallel::for_chunks(threads, points_.size(), grain, [&](std::size_t begin, std::size_t end, std::size_t) {
-    Index last = -1;
-    Pose here{};
-    for (std::size_t i = begin; i < end; ++i) {
-      const Motion& motion = at(motions_, motion_[i]);
-      if (motion_[i] != last) here = pose(motion, time);
-      last = motion_[i];
-      positions_[i] = motion.center + rotated(here.rotation, start_[i] - motion.center) + here.translate;
-    }
-  });
+  parallel::for_chunks(
+      threads, points_.size(), motion_grain, [&](std::size_t begin, std::size_t end, std::size_t) {
+        Index last = -1;
+        MotionPose here{};
+        for (std::size_t i = begin; i < end; ++i) {
+          const Motion& motion = at(motions_, motion_[i]);
+          if (motion_[i] != last) here = pose(motion, time);
+          last = motion_[i];
+          positions_[i] = motion.center + rotated(here.rotation, start_[i] - motion.center) + here.translate;
+        }
+      });
   return positions_;
 }
 

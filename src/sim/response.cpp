@@ -13,12 +13,8 @@
 namespace palpate {
 namespace {
 
-void check(bool right, const char* key, double found, const char* expected) {
+void check_setting(bool right, const char* key, double found, const char* expected) {
   if (!right || !std::isfinite(found)) throw Error("contact settings", key, number_text(found), expected);
-}
-
-Vec3 across(const Vec3& a, const Vec3& r) {
-  return a - dot(a, r) * r;
 }
 
 Vec3 bounded(const Vec3& a, double most) {
@@ -35,7 +31,7 @@ constexpr double stiff_damping = 10.0;
 
 /// Depth, in mean edges of the penetrated body, from which a contact that was not there before acts softly,
 /// with all others of the two bodies that were not there.
-constexpr double deep = 0.4;
+constexpr double starts_deep = 0.4;
 /// Its first stiffness, times the square of the time step and relative to the reduced mass.
 constexpr double soft_stiffness = 2.0;
 
@@ -71,9 +67,9 @@ ContactResponse::ContactResponse(const Bodies& bodies, std::span<const Material>
 
 void ContactResponse::check_settings(const ResponseSettings& settings) {
   if (settings.stiffness)
-    check(*settings.stiffness > 0.0, "stiffness", *settings.stiffness, "a finite number > 0");
-  check(settings.damping >= 0.0, "damping", settings.damping, "a finite number >= 0");
-  check(settings.friction >= 0.0, "friction", settings.friction, "a finite number >= 0");
+    check_setting(*settings.stiffness > 0.0, "stiffness", *settings.stiffness, "a finite number > 0");
+  check_setting(settings.damping >= 0.0, "damping", settings.damping, "a finite number >= 0");
+  check_setting(settings.friction >= 0.0, "friction", settings.friction, "a finite number >= 0");
 }
 
 double ContactResponse::stiffness(Index body_a, Index body_b) const {
@@ -181,7 +177,7 @@ void ContactResponse::list_deep_pairs(const Bodies& bodies, const ContactTable& 
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     if (!begins(table.states(), c)) continue;
     const double edge = rims_.reach(contacts.body[c]) / reach_of_an_edge;
-    if (contacts.depth[c] > deep * edge)
+    if (contacts.depth[c] > starts_deep * edge)
       deep_pairs_.push_back(pair_of(at(bodies.body_of_point(), contacts.point[c]), contacts.body[c]));
   }
   std::ranges::sort(deep_pairs_);

@@ -51,7 +51,7 @@ void serialize(Archive& archive, SimulationSettings& s) {
 
 namespace {
 
-constexpr const char* source_name = "saved state";
+constexpr const char* saved_state_name = "saved state";
 
 /// Works on copies, since an archive takes non-const references.
 template <class... Parts>
@@ -68,17 +68,17 @@ std::vector<T> copy_of(std::span<const T> values) {
 
 void check_length(const char* name, std::size_t found, std::size_t expected) {
   if (found != expected)
-    throw Error(source_name, name, std::to_string(found) + " values", std::to_string(expected));
+    throw Error(saved_state_name, name, std::to_string(found) + " values", std::to_string(expected));
 }
 
 void check_finite(const char* name, const Vec3& value) {
   if (!is_finite(value))
-    throw Error(source_name, name, "a number that is not finite", "three finite numbers");
+    throw Error(saved_state_name, name, "a number that is not finite", "three finite numbers");
 }
 
 void check_index(const char* name, Index found, Index low, std::size_t count) {
   if (found < low || (found >= 0 && static_cast<std::size_t>(found) >= count)) {
-    throw Error(source_name, name, std::to_string(found),
+    throw Error(saved_state_name, name, std::to_string(found),
                 std::to_string(low) + " to " + std::to_string(static_cast<std::int64_t>(count) - 1));
   }
 }
@@ -95,7 +95,7 @@ void check_contacts(const ContactHistory& contacts, const Bodies& bodies) {
     check_index("contact.point", key.first, 0, bodies.points_rest().size());
     check_index("contact.body", key.second, 0, bodies.bodies().size());
     if (key <= last) {
-      throw Error(source_name, "contacts", "contacts that are not sorted",
+      throw Error(saved_state_name, "contacts", "contacts that are not sorted",
                   "contacts sorted by point, then body");
     }
     last = key;
@@ -127,7 +127,7 @@ void check_ends(const std::vector<EdgeEnd>& ends, const Bodies& bodies) {
     check_finite("end of edge", {e.coefficients[3], e.coefficients[4], e.law.depth});
     check_finite("end of edge", {e.law.stiffness, e.chatter_damping, 0.0});
     if (i > 0 && e.key() <= ends[i - 1].key()) {
-      throw Error(source_name, "ends of edges", "ends that are not sorted",
+      throw Error(saved_state_name, "ends of edges", "ends that are not sorted",
                   "ends sorted by edge, body and end");
     }
   }
@@ -138,7 +138,7 @@ void check_acting(const std::vector<ActedContact>& contacts, const Bodies& bodie
     for (const Index point : std::span(c.points).first(c.of_edge ? c.all_points() : c.points.size()))
       check_index("acting contact", point, 0, bodies.points_rest().size());
     if (tet_of(c, bodies) < 0) {
-      throw Error(source_name, "acting contact", "points that are not the corners of a tet",
+      throw Error(saved_state_name, "acting contact", "points that are not the corners of a tet",
                   "the corners of a tet");
     }
     for (const Vec3& vector : {c.direction, c.force}) check_finite("acting contact", vector);
@@ -211,10 +211,10 @@ void check_saved(const SavedState& saved, const Bodies& bodies) {
   constexpr std::int64_t most_steps = std::int64_t{1} << 53;  // exact as a double
   if (saved.metrics.step < 0 || saved.metrics.step > most_steps || saved.slow_steps < 0 ||
       saved.slow_steps > saved.metrics.step) {
-    throw Error(source_name, "step", std::to_string(saved.metrics.step), "a number of steps");
+    throw Error(saved_state_name, "step", std::to_string(saved.metrics.step), "a number of steps");
   }
   if (!std::isfinite(saved.last_length) || saved.last_length <= 0.0)
-    throw Error(source_name, "last_length", number_text(saved.last_length), "a finite number > 0");
+    throw Error(saved_state_name, "last_length", number_text(saved.last_length), "a finite number > 0");
 }
 
 }  // namespace palpate

@@ -9,7 +9,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t grain = 256;
+constexpr std::size_t force_grain = 256;
 
 }  // namespace
 
@@ -19,7 +19,7 @@ void StepForces::take(const parallel::Threads& threads, std::span<const fem::Cou
   resize_with_room(all_, couplings.size());
   const std::size_t contact_count = couplings.size() - ranges.first_contact;
   resize_with_room(contacts_, contact_count);
-  parallel::for_each(threads, couplings.size(), grain, [&](std::size_t i) {
+  parallel::for_each(threads, couplings.size(), force_grain, [&](std::size_t i) {
     const fem::Coupling& coupling = couplings[i];
     all_[i] = fem::end_force(coupling, time_step, velocities);
     if (i < ranges.first_contact) return;

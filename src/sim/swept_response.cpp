@@ -16,7 +16,7 @@ constexpr double tolerance_of_edge = 1e-6;
 constexpr double most_separated = 0.25;
 /// Length of the displacement that separates them, relative to the depth: the direction may be oblique to the
 /// surface.
-constexpr double separation = 1.5;
+constexpr double depths_apart = 1.5;
 /// Upper bound of the first stiffness, relative to that of other contacts.
 constexpr double most_first_stiffness = 100.0;
 /// How often a pair is stopped in a step at most. Each stop is ten times as stiff as the one before; more
@@ -153,7 +153,7 @@ void SweptResponse::list_shifts(const ContactTable& contacts) {
   const auto shift_of = [&](double depth, const Vec3& direction, Index body) {
     const double thick = at(query_.thickness().of_body, body);
     if (depth > most_separated * thick) return Vec3{};
-    return (separation * depth + margin_of_thickness * thick) * direction;
+    return (depths_apart * depth + margin_of_thickness * thick) * direction;
   };
   for (std::size_t c = 0; c < points.size(); ++c) {
     const Vec3 by = shift_of(points.depth[c], points.direction[c], points.body[c]);

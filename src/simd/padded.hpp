@@ -9,6 +9,9 @@ struct alignas(32) Padded3 {
   double z = 0.0;
   double w = 0.0;
 };
+inline double dot(const Padded3& a, const Padded3& b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
 
 /// Three floats and a fourth lane, which may hold another value.
 struct alignas(16) Quad {

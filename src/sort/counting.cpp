@@ -10,7 +10,6 @@
 namespace palpate {
 namespace {
 
-constexpr int most_digit_bits = 11;
 constexpr int fewest_digit_bits = 6;  ///< so that there are enough ranges for the threads
 constexpr int range_bits = 12;  ///< cells of a range, if there are enough ranges: their starts fill 16 KiB
 

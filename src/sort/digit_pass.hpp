@@ -11,7 +11,8 @@
 
 namespace palpate {
 
-/// Words of a chunk: a histogram of up to 2^11 digits (8 KiB) is small beside them.
+inline constexpr int most_digit_bits = 11;
+/// Words of a chunk: a histogram of that many bits (8 KiB) is small beside them.
 inline constexpr std::size_t digit_grain = std::size_t{1} << 15;
 
 /// The grain of a digit pass. The passes are stable, so the result does not depend on it. A single thread

@@ -9,13 +9,13 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t grain = std::size_t{1} << 13;
+constexpr std::size_t change_grain = std::size_t{1} << 13;
 
 }  // namespace
 
 template <class Body>
 void KeyChanges::for_movers(std::size_t chunk, Body&& body) const {
-  const std::uint32_t* const changed = references_changed_.data() + chunk * grain;
+  const std::uint32_t* const changed = references_changed_.data() + chunk * change_grain;
   for (std::uint32_t i = 0; i < chunks_[chunk].movers; ++i) body(changed[i]);
 }
 
@@ -42,8 +42,8 @@ void KeyChanges::find(const parallel::Threads& threads, std::span<const std::uin
     now_ = padded_;
   }
   references_changed_.resize(before_.size());
-  chunks_.resize(parallel::chunk_count(before_.size(), grain));
-  parallel::for_chunks(threads, before_.size(), grain,
+  chunks_.resize(parallel::chunk_count(before_.size(), change_grain));
+  parallel::for_chunks(threads, before_.size(), change_grain,
                        [&](std::size_t begin, std::size_t end, std::size_t chunk) {
                          find_in_chunk(begin, end, chunks_[chunk]);
                        });

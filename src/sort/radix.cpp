@@ -12,8 +12,6 @@
 namespace palpate {
 namespace {
 
-constexpr int most_digit_bits = 11;
-
 /// Width of digits with which keys of `bits` bits need the fewest passes.
 int digit_width(int bits) {
   const int passes = std::max(1, (bits + most_digit_bits - 1) / most_digit_bits);

@@ -13,7 +13,7 @@ namespace palpate {
 namespace {
 
 /// Words of a segment, and cells of a chunk.
-constexpr std::size_t grain = std::size_t{1} << 15;
+constexpr std::size_t repair_grain = std::size_t{1} << 15;
 /// Number of events above which a radix sort is faster.
 constexpr std::size_t few_events = 256;
 
@@ -44,10 +44,10 @@ void RepairSort::sort_events(const parallel::Threads& threads, std::uint32_t key
 }
 
 void RepairSort::cut(const parallel::Threads& threads, std::span<const std::uint64_t> words) {
-  const std::size_t count = std::max<std::size_t>(1, parallel::chunk_count(words.size(), grain));
+  const std::size_t count = std::max<std::size_t>(1, parallel::chunk_count(words.size(), repair_grain));
   segments_.assign(count + 1, {});
   for (std::size_t s = 1; s < count; ++s) {
-    const auto first = std::lower_bound(events_.begin(), events_.end(), words[s * grain], before);
+    const auto first = std::lower_bound(events_.begin(), events_.end(), words[s * repair_grain], before);
     segments_[s].first_event = static_cast<std::size_t>(first - events_.begin());
   }
   segments_[count].first_event = events_.size();
@@ -56,8 +56,8 @@ void RepairSort::cut(const parallel::Threads& threads, std::span<const std::uint
     const std::size_t end = segments_[s + 1].first_event;
     std::size_t removals = 0;
     for (std::size_t e = begin; e < end; ++e) removals += (events_[e] & simd::removal) != 0 ? 1 : 0;
-    const std::size_t first_word = std::min(words.size(), s * grain);
-    const std::size_t last_word = std::min(words.size(), (s + 1) * grain);
+    const std::size_t first_word = std::min(words.size(), s * repair_grain);
+    const std::size_t last_word = std::min(words.size(), (s + 1) * repair_grain);
     segments_[s + 1].first_merged = (last_word - first_word) + (end - begin) - 2 * removals;
   });
   for (std::size_t s = 1; s <= count; ++s) segments_[s].first_merged += segments_[s - 1].first_merged;
@@ -67,7 +67,7 @@ void RepairSort::shift_cells(const parallel::Threads& threads, std::span<const s
                              std::vector<std::uint32_t>& cell_begin) const {
   // The begin of a cell grows by the words inserted before it, less those removed.
   parallel::for_chunks(
-      threads, cell_begin.size(), grain, [&](std::size_t begin, std::size_t end, std::size_t) {
+      threads, cell_begin.size(), repair_grain, [&](std::size_t begin, std::size_t end, std::size_t) {
         const std::uint64_t bound = make_word(static_cast<std::uint32_t>(begin), 0);
         const auto position = std::lower_bound(words.begin(), words.end(), bound) - words.begin();
         auto event = std::lower_bound(events_.begin(), events_.end(), bound, before);
@@ -101,8 +101,8 @@ void RepairSort::operator()(const parallel::Threads& threads, KeyChanges& change
   }
   merged_.resize(changes.words_now());
   parallel::for_each(threads, segments_.size() - 1, 1, [&](std::size_t s) {
-    const std::size_t first_word = std::min(words.size(), s * grain);
-    const std::size_t last_word = std::min(words.size(), (s + 1) * grain);
+    const std::size_t first_word = std::min(words.size(), s * repair_grain);
+    const std::size_t last_word = std::min(words.size(), (s + 1) * repair_grain);
     const Segment& from = segments_[s];
     const Segment& to = segments_[s + 1];
     simd::merge_events(
