@@ -21,7 +21,9 @@ double weight_between(double inner, double outer, double reach, double width) {
 double sunk(const EdgeResponse::Frame& frame, Index contact) {
   constexpr double full = 0.008;  // of the reach
   const Contacts& contacts = frame.table.contacts();
-  return std::min(1.0, at(contacts.depth, contact) / (full * frame.rims.reach(at(contacts.body, contact))));
+  const Index own = at(frame.bodies.body_of_point(), at(contacts.point, contact));
+  const double reach = std::min(frame.rims.reach(own), frame.rims.reach(at(contacts.body, contact)));
+  return std::min(1.0, at(contacts.depth, contact) / (full * reach));
 }
 
 }  // namespace
