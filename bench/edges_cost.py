@@ -1,10 +1,11 @@
-"""What edge contacts cost: instructions of detections with and without them.
+"""What edge contacts cost: instructions and processor time of detections with and without them.
 
     python3 bench/edges_cost.py PROGRAM [--steps N] [--keep FOLDER] [SCENE...]
 
 PROGRAM is palpate-bench-detections of a build. The positions of all detections in the first N (60) steps of a scene
 are stored. A new detector detects them again with edge contacts, another one without, under valgrind's callgrind. The
-first detection also chooses the size of cells; the last ratio is without it. The hash is of all edge contacts. --keep
+first detection also chooses the size of cells; one ratio of instructions is without it. The ratio of times is that of
+the medians of 15 runs of each, alternately, with the best SIMD target of the processor. The hash is of all edge contacts. --keep
 keeps positions and counts in a folder; positions that are there are used again. SCENE is a file, with changes after it
 ("scenes/stacking.json contact.edge_contacts=true").
 """
@@ -46,9 +47,10 @@ def row(program, words, steps, folder):
     first, others, said = {}, {}, ""
     for mode in ("without", "with"):
         first[mode], others[mode], said = counted(program, mode, scene, changes, positions, folder / f"{name}.{mode}")
+    timed = run([program, "times", scene, positions, *changes]).stdout
     a, b = (first[mode] + others[mode] for mode in ("without", "with"))
     return (f"| {words} | {said.split()[0]} | {a:.1f} | {b:.1f} | {b / a:.2f} | {others['with'] / others['without']:.2f} "
-            f"| {said.split()[-1]} |")
+            f"| {float(timed.split()[-1]):.2f} | {said.split()[-1]} |")
 
 
 def main():
@@ -61,8 +63,8 @@ def main():
     with tempfile.TemporaryDirectory() as scratch:
         folder = asked.keep or pathlib.Path(scratch)
         folder.mkdir(parents=True, exist_ok=True)
-        print("| scene | detections | without edge contacts | with edge contacts | ratio | without the first | hash |")
-        print("|---|---:|---:|---:|---:|---:|---|", flush=True)
+        print("| scene | detections | without edge contacts | with edge contacts | ratio | without the first | times | hash |")
+        print("|---|---:|---:|---:|---:|---:|---:|---|", flush=True)
         for words in asked.scenes:
             print(row(asked.program.resolve(), words, asked.steps, folder.resolve()), flush=True)
 

@@ -2,13 +2,17 @@
 // and with AVX2, so that callgrind counts the instructions of detections and nothing else.
 //
 // Usage: palpate-bench-detections record STEPS SCENE FILE [CHANGE...]
-//        palpate-bench-detections with|without SCENE FILE [CHANGE...]
+//        palpate-bench-detections with|without|times SCENE FILE [CHANGE...]
 // The second form detects with or without edge contacts. It prints how many detections there were, and a hash
-// of all edge contacts. callgrind writes its counts of the first detection, which also chooses the size of
-// cells, to a file of its own. Called by bench/edges_cost.py, with --instr-atstart=no and
+// of all edge contacts. `times` does both alternately, with the best target of the processor, and prints the
+// times in ms and their ratio. callgrind writes its counts of the first detection, which also chooses the
+// size of cells, to a file of its own. Called by bench/edges_cost.py, with --instr-atstart=no and
 // --collect-atstart=no.
+#include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <hwy/targets.h>
@@ -39,6 +43,7 @@ namespace palpate::bench {
 namespace {
 
 using Frames = std::vector<std::vector<Vec3>>;
+constexpr int repeats = 15;
 
 /// Where positions of detections are stored; null: they are not.
 Frames* recorded = nullptr;
@@ -77,17 +82,53 @@ void detect(const Model& model, const DetectionSettings& settings, const std::st
   std::cout << frames << " detections, hash of edge contacts " << measure::hash_text(hash) << '\n';
 }
 
+/// Processor time of detections of all frames by a new detector, s.
+double seconds_of(const Model& model, const DetectionSettings& settings, const Frames& frames) {
+  Detector detector(model.bodies, settings, rigid_bodies(model), 1);
+  const std::clock_t begin = std::clock();
+  for (const std::vector<Vec3>& frame : frames) detector.detect(frame);
+  return static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+}
+
+void compare_times(const Model& model, DetectionSettings settings, const std::string& file) {
+  const std::size_t points = model.bodies.points_rest().size();
+  Frames frames(1, std::vector<Vec3>(points));
+  std::ifstream in(file, std::ios::binary);
+  while (in.read(reinterpret_cast<char*>(frames.back().data()),
+                 static_cast<std::streamsize>(points * sizeof(Vec3))))
+    frames.emplace_back(points);
+  frames.pop_back();
+  std::array<std::vector<double>, 2> seconds;
+  for (int i = 0; i < repeats; ++i) {
+    for (const bool with_edges : {false, true}) {
+      settings.edge_contacts = with_edges;
+      seconds[with_edges ? 1 : 0].push_back(seconds_of(model, settings, frames));
+    }
+  }
+  for (std::vector<double>& of : seconds) std::ranges::nth_element(of, of.begin() + repeats / 2);
+  const double without = seconds[0][repeats / 2];
+  const double with = seconds[1][repeats / 2];
+  std::cout << frames.size()
+            << " detections, ms without edge contacts and with them, ratio: " << 1e3 * without << ' '
+            << 1e3 * with << ' ' << with / without << '\n';
+}
+
 /// Does what is asked for; false where the usage is wrong.
 bool run(std::span<const std::string> words) {
   const std::string mode = words.empty() ? "" : words[0];
   const bool records = mode == "record";
   const std::size_t first = records ? 2 : 1;
-  if ((!records && mode != "with" && mode != "without") || words.size() < first + 2) return false;
+  const bool known = records || mode == "with" || mode == "without" || mode == "times";
+  if (!known || words.size() < first + 2) return false;
   const Scene scene = read_scene(words[first], words.subspan(first + 2));
   Model model = load_model(
       scene, [](const std::filesystem::path& path) { return io::read_mesh(path).mesh; }, io::read_cell_data);
   if (records) {
     record(std::move(model), scene, std::stoi(words[1]), words[first + 1]);
+    return true;
+  }
+  if (mode == "times") {
+    compare_times(model, scene.settings.detection, words[first + 1]);
     return true;
   }
   const ForcedTarget avx2(HWY_AVX2);
@@ -124,6 +165,6 @@ int main(int argc, char** argv) {
     return 1;
   }
   std::cerr << "usage: palpate-bench-detections record STEPS SCENE FILE [CHANGE...]\n"
-               "       palpate-bench-detections with|without SCENE FILE [CHANGE...]\n";
+               "       palpate-bench-detections with|without|times SCENE FILE [CHANGE...]\n";
   return 2;
 }
