@@ -5,9 +5,9 @@
 PROGRAM is palpate-bench-detections of a build. The positions of all detections in the first N (60) steps of a scene
 are stored. A new detector detects them again with edge contacts, another one without, under valgrind's callgrind. The
 first detection also chooses the size of cells; one ratio of instructions is without it. The ratio of times is that of
-the medians of 15 runs of each, alternately, with the best SIMD target of the processor. The hash is of all edge contacts. --keep
-keeps positions and counts in a folder; positions that are there are used again. SCENE is a file, with changes after it
-("scenes/stacking.json contact.edge_contacts=true").
+the medians of 15 runs of each, alternately, with the best SIMD target of the processor. The hash is of all edge
+contacts. --keep keeps positions and counts in a folder; positions that are there are used again. SCENE is a file, with
+changes after it ("scenes/stacking.json contact.edge_contacts=true").
 """
 
 import argparse

@@ -12,12 +12,14 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <hwy/targets.h>
 #include <ios>
 #include <iostream>
+#include <iterator>
 #include <span>
 #include <string>
 #include <utility>
@@ -64,22 +66,30 @@ void record(Model model, const Scene& scene, int steps, const std::string& file)
   std::cout << frames.size() << " detections\n";
 }
 
-void detect(const Model& model, const DetectionSettings& settings, const std::string& file) {
-  Detector detector(model.bodies, settings, rigid_bodies(model), 1);
-  std::vector<Vec3> positions(model.bodies.points_rest().size());
+/// The positions that record() has stored.
+Frames read_frames(const Model& model, const std::string& file) {
+  const std::size_t bytes = model.bodies.points_rest().size() * sizeof(Vec3);
   std::ifstream in(file, std::ios::binary);
+  const std::string all{std::istreambuf_iterator<char>(in), {}};
+  if (all.empty() || all.size() % bytes != 0)
+    throw Error(file, "", std::to_string(all.size()) + " bytes", "a multiple of " + std::to_string(bytes));
+  Frames frames(all.size() / bytes, std::vector<Vec3>(model.bodies.points_rest().size()));
+  for (std::size_t i = 0; i < frames.size(); ++i) std::memcpy(frames[i].data(), &all[i * bytes], bytes);
+  return frames;
+}
+
+void detect(const Model& model, const DetectionSettings& settings, const Frames& frames) {
+  Detector detector(model.bodies, settings, rigid_bodies(model), 1);
   std::uint64_t hash = fnv1a({});
-  int frames = 0;
   CALLGRIND_START_INSTRUMENTATION;
-  while (in.read(reinterpret_cast<char*>(positions.data()),
-                 static_cast<std::streamsize>(positions.size() * sizeof(Vec3)))) {
+  for (const std::vector<Vec3>& positions : frames) {
     CALLGRIND_TOGGLE_COLLECT;
     detector.detect(positions);
     CALLGRIND_TOGGLE_COLLECT;
-    if (++frames == 1) CALLGRIND_DUMP_STATS;
+    if (&positions == frames.data()) CALLGRIND_DUMP_STATS;
     hash = measure::hash_of(detector.edge_contacts(), hash);
   }
-  std::cout << frames << " detections, hash of edge contacts " << measure::hash_text(hash) << '\n';
+  std::cout << frames.size() << " detections, hash of edge contacts " << measure::hash_text(hash) << '\n';
 }
 
 /// Processor time of detections of all frames by a new detector, s.
@@ -90,14 +100,7 @@ double seconds_of(const Model& model, const DetectionSettings& settings, const F
   return static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
 }
 
-void compare_times(const Model& model, DetectionSettings settings, const std::string& file) {
-  const std::size_t points = model.bodies.points_rest().size();
-  Frames frames(1, std::vector<Vec3>(points));
-  std::ifstream in(file, std::ios::binary);
-  while (in.read(reinterpret_cast<char*>(frames.back().data()),
-                 static_cast<std::streamsize>(points * sizeof(Vec3))))
-    frames.emplace_back(points);
-  frames.pop_back();
+void compare_times(const Model& model, DetectionSettings settings, const Frames& frames) {
   std::array<std::vector<double>, 2> seconds;
   for (int i = 0; i < repeats; ++i) {
     for (const bool with_edges : {false, true}) {
@@ -128,13 +131,13 @@ bool run(std::span<const std::string> words) {
     return true;
   }
   if (mode == "times") {
-    compare_times(model, scene.settings.detection, words[first + 1]);
+    compare_times(model, scene.settings.detection, read_frames(model, words[first + 1]));
     return true;
   }
   const ForcedTarget avx2(HWY_AVX2);
   DetectionSettings settings = scene.settings.detection;
   settings.edge_contacts = mode == "with";
-  detect(model, settings, words[first + 1]);
+  detect(model, settings, read_frames(model, words[first + 1]));
   return true;
 }
 
