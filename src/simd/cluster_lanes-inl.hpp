@@ -92,11 +92,6 @@ HWY_INLINE void store_some(hn::Vec<D> numbers, D d, T* to, std::size_t size) {
   for (std::size_t i = 0; i < size; ++i) to[i] = some[i];
 }
 
-/// Negative in the lanes whose number is not in [lower, upper].
-HWY_INLINE Int outside(Int number, Int lower, Int upper) {
-  return hn::Or(hn::Sub(number, lower), hn::Sub(upper, number));
-}
-
 struct Vector {
   Float x;
   Float y;

@@ -40,10 +40,6 @@ HWY_INLINE Filtered orientation(const Vector& u, const Vector& v, const Vector& 
   return {value, hn::Add(hn::Mul(hn::Set(doubles, OrientationBound::relative), permanent), underflow)};
 }
 
-HWY_INLINE Vector gather(const Vec3* positions, const SegmentsInTriangles::Points& points, std::size_t lane) {
-  return load_vectors([&](std::size_t i) HWY_ATTR -> const Vec3& { return positions[points[lane + i]]; });
-}
-
 }  // namespace
 
 void find_parameters(const Vec3* positions, SegmentsInTriangles& segments, std::size_t size) {
@@ -51,11 +47,13 @@ void find_parameters(const Vec3* positions, SegmentsInTriangles& segments, std::
   const Double one = hn::Set(doubles, 1.0);
   const Double accuracy = hn::Set(doubles, parameter_accuracy);
   for (std::size_t lane = 0; lane < size; lane += hn::Lanes(doubles)) {
-    const Vector t0 = gather(positions, segments.corner[0], lane);
-    const Vector u = difference(gather(positions, segments.corner[1], lane), t0);
-    const Vector v = difference(gather(positions, segments.corner[2], lane), t0);
-    const Filtered a = orientation(u, v, difference(gather(positions, segments.end[0], lane), t0));
-    const Filtered b = orientation(u, v, difference(gather(positions, segments.end[1], lane), t0));
+    const Vector t0 = load_points(doubles, positions, &segments.corner[0][lane]);
+    const Vector u = difference(load_points(doubles, positions, &segments.corner[1][lane]), t0);
+    const Vector v = difference(load_points(doubles, positions, &segments.corner[2][lane]), t0);
+    const Filtered a =
+        orientation(u, v, difference(load_points(doubles, positions, &segments.end[0][lane]), t0));
+    const Filtered b =
+        orientation(u, v, difference(load_points(doubles, positions, &segments.end[1][lane]), t0));
     const auto tells = [&](const Filtered& f) {
       return hn::Lt(f.error, hn::Mul(accuracy, hn::Abs(f.value)));
     };

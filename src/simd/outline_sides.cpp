@@ -21,11 +21,6 @@ using SideVector = VectorOf<Number>;
 HWY_INLINE SideVector all(const Vec3& v) {
   return {hn::Set(sides_tag, v.x), hn::Set(sides_tag, v.y), hn::Set(sides_tag, v.z)};
 }
-HWY_INLINE SideVector gather(const Vec3* positions, const OutlineSides::Points& points, std::size_t lane) {
-  return load_vectors(sides_tag,
-                      [&](std::size_t i) HWY_ATTR -> const Vec3& { return positions[points[lane + i]]; });
-}
-
 /// As silhouette.cpp does it for one side, with the same order of operations.
 HWY_INLINE void find(const Vec3* positions, const SideVector& x, const SideVector& d, std::size_t lane,
                      OutlineSides& sides) {
@@ -35,17 +30,17 @@ HWY_INLINE void find(const Vec3* positions, const SideVector& x, const SideVecto
     const SideVector from_line = difference(point, x);
     return difference(from_line, scaled(dot(from_line, d), d));
   };
-  const SideVector a = across(gather(positions, sides.from, lane));
-  const SideVector ab = difference(across(gather(positions, sides.to, lane)), a);
+  const SideVector a = across(load_points(sides_tag, positions, &sides.from[lane]));
+  const SideVector ab = difference(across(load_points(sides_tag, positions, &sides.to[lane])), a);
   const Number length2 = dot(ab, ab);
   const Number ratio = hn::Div(hn::Neg(dot(a, ab)), length2);
   const Number clamped =
       hn::IfThenElse(hn::Lt(ratio, zero), zero, hn::IfThenElse(hn::Lt(one, ratio), one, ratio));
   const Number t = hn::IfThenElseZero(hn::Lt(zero, length2), clamped);
   const SideVector offset = sum(a, scaled(t, ab));
-  const SideVector n0 = gather(positions, sides.neighbor[0], lane);
-  const SideVector area = cross(difference(gather(positions, sides.neighbor[1], lane), n0),
-                                difference(gather(positions, sides.neighbor[2], lane), n0));
+  const SideVector n0 = load_points(sides_tag, positions, &sides.neighbor[0][lane]);
+  const SideVector area = cross(difference(load_points(sides_tag, positions, &sides.neighbor[1][lane]), n0),
+                                difference(load_points(sides_tag, positions, &sides.neighbor[2][lane]), n0));
   hn::Store(offset.x, sides_tag, sides.x.data() + lane);
   hn::Store(offset.y, sides_tag, sides.y.data() + lane);
   hn::Store(offset.z, sides_tag, sides.z.data() + lane);

@@ -104,6 +104,11 @@ template <class Place>
 HWY_INLINE Vector load_vectors(const Place& place) {
   return load_vectors(doubles, place);
 }
+/// The positions of points, one index per lane.
+template <class D>
+HWY_INLINE VectorOf<hn::Vec<D>> load_points(D d, const Vec3* positions, const std::int32_t* points) {
+  return load_vectors(d, [&](std::size_t lane) HWY_ATTR -> const Vec3& { return positions[points[lane]]; });
+}
 
 /// Inverse of load_pairs().
 template <class Place>
