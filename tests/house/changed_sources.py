@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Prints the sources that clang-tidy must read again, as regular expressions, one a line: those that changed in the
-last commits or in the working tree, and those that include something that did. Nothing if there are none. All of them
-if git does not know that many commits, or if .clang-tidy changed.
+last commits or in the working tree, or include a source that did (as CMake's joint ones do); and for each header that
+changed, at least one source that includes it. Nothing if there are none. All of them if git does not know that many
+commits, or if .clang-tidy changed.
 
     changed_sources.py ROOT BUILD PATTERN
 
@@ -13,7 +14,7 @@ import re
 import subprocess
 import sys
 
-COMMITS = 40  # more than ever land together, so that each source was read after its last change
+COMMITS = 30  # more than ever land together, so that each source was read after its last change
 
 
 def changed_since(root):
@@ -34,6 +35,19 @@ def dependencies(build):
     return files
 
 
+def to_read(sources, read, changed):
+    """Those sources of a dictionary, from file to object, that must be read again. Each object reads files."""
+    chosen = {file for file, output in sources.items()
+              if output not in read or any(path.endswith(".cpp") for path in read[output] & changed)}
+    rest = {file: read[output] & changed for file, output in sorted(sources.items()) if file not in chosen}
+    headers = set().union(*rest.values()).difference(*(read.get(sources[file], ()) for file in chosen))
+    while headers:
+        most = max(rest, key=lambda file: len(rest[file] & headers))
+        chosen.add(most)
+        headers -= rest[most]
+    return chosen
+
+
 def main(root, build, pattern):
     root, build = pathlib.Path(root).resolve(), pathlib.Path(build).resolve()
     commands = json.loads((build / "compile_commands.json").read_text())
@@ -41,9 +55,7 @@ def main(root, build, pattern):
     changed = changed_since(root)
     if changed is not None and ".clang-tidy" not in changed:
         changed = {str(root / path) for path in changed}
-        read = dependencies(build)
-        sources = {file: output for file, output in sources.items()
-                   if output not in read or file in changed or read[output] & changed}
+        sources = to_read(sources, dependencies(build), changed)
     for file in sorted(sources):
         print(f"^{re.escape(file)}$")
 
