@@ -130,7 +130,7 @@ struct DetectionSettings {
   /// other.
   bool edge_contacts = true;
   /// Whether data of earlier frames are used to make frames with little motion faster. Contacts do not depend
-  /// on it. Only for Structure::compact without cells_per_primitive and budget.
+  /// on it. For points, only with Structure::compact without cells_per_primitive and budget.
   bool coherence = true;
   /// Only for simulations: what is done about parts that would pass through another body within a step.
   ContinuousDetection continuous = ContinuousDetection::limited;

@@ -35,7 +35,7 @@ Detector::State::State(const Bodies& b, const DetectionSettings& settings,
   }
   const bool meets_itself = std::ranges::any_of(frame.may_touch().self_collision, std::identity{});
   if (wants_edge_contacts && (b.body_count() > 1 || meets_itself))
-    edge_contacts = std::make_unique<EdgeContactQuery>(b);
+    edge_contacts = std::make_unique<EdgeContactQuery>(b, settings.coherence);
 }
 
 void Detector::State::update(std::span<const Vec3> positions, bool alone) {

@@ -21,7 +21,8 @@ namespace palpate {
 /// this is a contact, too. In its own body, only parts count.
 class EdgeContactQuery {
  public:
-  explicit EdgeContactQuery(const Bodies& bodies);
+  /// \param keeps_lists  as of EdgeQuery
+  explicit EdgeContactQuery(const Bodies& bodies, bool keeps_lists = true);
 
   /// \param contacts  of the same positions
   /// \param deadline  the search ends then; edge contacts that it has found are completed

@@ -18,8 +18,9 @@ double power_of_two(double size) {
 
 }  // namespace
 
-EdgeQuery::EdgeQuery(const Bodies& bodies)
-    : surface_(bodies),
+EdgeQuery::EdgeQuery(const Bodies& bodies, bool keeps_lists)
+    : keeps_lists_(keeps_lists),
+      surface_(bodies),
       blocks_(surface_, bodies),
       clusters_(surface_),
       motions_(surface_, bodies),
@@ -73,7 +74,7 @@ void EdgeQuery::pair_clusters(const Frame& frame) {
   make_room(unlisted_, pairs_.size());
   for (const std::size_t i : order_) {
     NearPair& pair = pairs_[i];
-    if (pair.validity.is_valid()) continue;
+    if (keeps_lists_ && pair.validity.is_valid()) continue;
     const double room = margin_of_list(pair.validity.usual, most_room(pair));
     pair.validity.moved = 0.0;
     pair.validity.room = room;
@@ -105,7 +106,7 @@ void EdgeQuery::take_clusters(NearPair& pair, std::span<const ClusterPairs::Foun
   for (std::size_t i = 0; i < facing.size(); ++i) {
     const IndexPair& clusters = facing[i].clusters;
     for (; row < old.size() && old.clusters(row) < clusters; ++row) unused_ += old.listed[row];
-    if (row < old.size() && old.clusters(row) == clusters) {
+    if (keeps_lists_ && row < old.size() && old.clusters(row) == clusters) {
       groups_.set(i, old, row++);
     } else {
       groups_.set(i, clusters);

@@ -45,7 +45,8 @@ struct EdgeWork {
 /// with them.
 class EdgeQuery {
  public:
-  explicit EdgeQuery(const Bodies& bodies);
+  /// \param keeps_lists  whether lists of earlier searches are used; without, all are made in each search
+  EdgeQuery(const Bodies& bodies, bool keeps_lists);
 
   /// O(surface points + bodies log bodies + pairs of near clusters + edges of clusters that are listed or
   /// tested); parallel.
@@ -88,7 +89,7 @@ class EdgeQuery {
     std::size_t group;
     bool is_listed;  ///< its list is valid
   };
-  [[nodiscard]] static double margin_of_list(double usual, double most);
+  [[nodiscard]] double margin_of_list(double usual, double most) const;
   void pair_bodies(const Frame& frame);
   void pair_clusters(const Frame& frame);
   void take_clusters(NearPair& pair, std::span<const ClusterPairs::Found> facing);
@@ -109,6 +110,7 @@ class EdgeQuery {
   void leave_out_tasks();
   void end_pairs(const Bodies& bodies);
 
+  bool keeps_lists_;
   SurfaceClusters surface_;
   EdgeBlocks blocks_;
   ClusterPairs clusters_;

@@ -26,7 +26,8 @@ constexpr double room_of_clusters = 2.0;
 
 /// \param usual  relative motion per detection, m
 /// \param most   the largest margin, m
-double EdgeQuery::margin_of_list(double usual, double most) {
+double EdgeQuery::margin_of_list(double usual, double most) const {
+  if (!keeps_lists_) return 0.0;
   if (usual == 0.0) return first_room * most;
   if (fewest_detections * usual > most) return 0.0;
   return std::clamp(detections * usual, least_room * most, most);

@@ -362,6 +362,9 @@ TEST(EdgeContacts, OfAMotionAreThoseOfEachFrameAlone) {
   std::vector<double> angles(10, 0.0);
   for (Vec3& center : centers) center = random.point(-0.1, 0.1);
   Detector detector(bodies, with_edges(), {}, 2);
+  DetectionSettings settings = with_edges();
+  settings.coherence = false;
+  Detector without_lists(bodies, settings, {}, 2);
   std::size_t found = 0;
   for (int frame = 0; frame < 300; ++frame) {
     const Vec3 together = frame % 100 < 30 ? Vec3{0.01, 0.02, -0.5} : Vec3{};
@@ -381,6 +384,8 @@ TEST(EdgeContacts, OfAMotionAreThoseOfEachFrameAlone) {
     first.detect(positions);
     ASSERT_EQ(set_of(detector.edge_contacts()), set_of(first.edge_contacts())) << "frame " << frame;
     ASSERT_EQ(detector.edge_contacts().depth, first.edge_contacts().depth);
+    without_lists.detect(positions);
+    ASSERT_EQ(set_of(without_lists.edge_contacts()), set_of(first.edge_contacts())) << "frame " << frame;
     found += detector.edge_contacts().size();
   }
   EXPECT_GT(found, 3000U);
