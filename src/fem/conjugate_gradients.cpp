@@ -7,10 +7,8 @@
 namespace palpate::fem {
 namespace {
 
-/// Fractions of the goal that are allowed: for the estimated error, and for the drift of the float residual
-/// from the true one.
+/// Fraction of the goal that the estimated error may be.
 constexpr double estimated_fraction = 0.9;
-constexpr double drift_fraction = 0.1;
 /// Safety factor of the error estimate from the last change of the solution (multigrid).
 constexpr double safety = 2.0;
 /// If the float residual has fallen by this factor, few of its digits are correct.
@@ -64,7 +62,7 @@ bool ConjugateGradients::check_true_residual(Run& run, SolveReport& report) {
                                                   [&](auto i) { return dot(residual_[i], residual_[i]); }));
   report.relative_residual = residual / run.residual_unit();
   report.relative_error += off / run.solution_unit();
-  const bool near = off <= drift_fraction * run.goal.tolerance * run.solution_unit();
+  const bool near = off <= SolveGoal::drift * run.goal.tolerance * run.solution_unit();
   run.exact_products = run.exact_products || (run.last_drift > 0.0 && !(off < 0.5 * run.last_drift));
   run.last_drift = off;
   if (!run.rigid_part_is_small()) clear_estimates();  // they were wrong

@@ -17,6 +17,8 @@ namespace palpate::fem {
 /// When a solve stops. Residuals are measured in the Euclidean norm. Solutions are measured in the mass norm,
 /// |x|^2 = sum m_i x_i^2, with the masses of LinearSystem.
 struct SolveGoal {
+  /// Allowed drift of a float residual from the true one, as a fraction of the tolerance.
+  static constexpr double drift = 0.1;
   double tolerance = 0.0;  ///< >= 0
   int max_iterations = 0;  ///< cap, >= 0
   /// true: the tolerance is for the error, relative to the solution; false: for the residual, relative to the

@@ -8,8 +8,6 @@
 namespace palpate::fem {
 namespace {
 
-/// Allowed drift of the float residual from the true one, as a fraction of the goal.
-constexpr double contact_drift_fraction = 0.1;
 /// Iterations with multigrid after which a solve knows its error from the changes of the solution.
 constexpr int informative = 20;
 /// The largest of so many last changes counts, with multigrid.
@@ -79,7 +77,7 @@ bool ContactSolver::check_true_residual(Run& run) {
         }
         return static_cast<double>(inverse_masses[row]) * sum;
       }));
-  const bool near = off <= contact_drift_fraction * run.goal.tolerance * run.solution_unit();
+  const bool near = off <= SolveGoal::drift * run.goal.tolerance * run.solution_unit();
   run.exact_products = run.exact_products || !near;
   return near;
 }

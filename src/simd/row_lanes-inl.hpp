@@ -24,15 +24,14 @@ struct RowColumns {
 };
 
 #if HWY_TARGET != HWY_SCALAR
-/// The rows of the lanes from, from + 4, and so on.
+/// The 16 bytes of the lanes from, from + n, and so on, where 16 bytes have n numbers.
 template <class D, class Place>
-HWY_INLINE hn::Vec<D> every_fourth_row(D d, const Place& place, std::size_t from) {
-  if constexpr (hn::MaxLanes(D()) == 4) {
+HWY_INLINE hn::Vec<D> every_nth(D d, const Place& place, std::size_t from) {
+  if constexpr (hn::MaxLanes(D()) * sizeof(hn::TFromD<D>) == 16) {
     return hn::LoadU(d, place(from));
   } else {
     const hn::Half<D> half;
-    return hn::Combine(d, every_fourth_row(half, place, from + hn::MaxLanes(half)),
-                       every_fourth_row(half, place, from));
+    return hn::Combine(d, every_nth(half, place, from + hn::MaxLanes(half)), every_nth(half, place, from));
   }
 }
 #endif
@@ -44,10 +43,10 @@ HWY_INLINE RowColumns<D> load_rows(D d, const Place& place) {
   return {hn::LoadU(d, place(0)), hn::LoadU(d, place(0) + 1), hn::LoadU(d, place(0) + 2)};
 #else
   const hn::Repartition<double, D> pairs;
-  const auto row0 = every_fourth_row(d, place, 0);
-  const auto row1 = every_fourth_row(d, place, 1);
-  const auto row2 = every_fourth_row(d, place, 2);
-  const auto row3 = every_fourth_row(d, place, 3);
+  const auto row0 = every_nth(d, place, 0);
+  const auto row1 = every_nth(d, place, 1);
+  const auto row2 = every_nth(d, place, 2);
+  const auto row3 = every_nth(d, place, 3);
   const auto xy01 = hn::BitCast(pairs, hn::InterleaveLower(d, row0, row1));
   const auto xy23 = hn::BitCast(pairs, hn::InterleaveLower(d, row2, row3));
   const auto zw01 = hn::BitCast(pairs, hn::InterleaveUpper(d, row0, row1));

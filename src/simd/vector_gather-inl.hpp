@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <hwy/highway.h>
 
+#include "simd/row_lanes-inl.hpp"
 #include "simd/vector_lanes-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -47,19 +48,7 @@ struct PairLanes {
 using Pair = hn::FixedTag<double, 2>;
 using FourDoubles = hn::CappedTag<double, 4>;
 
-/// The pairs of every second lane, from `from` on.
-template <class D, class Place>
-HWY_INLINE hn::Vec<D> every_second_pair(D d, const Place& place, std::size_t from) {
-  if constexpr (hn::MaxLanes(D()) == 2) {
-    return hn::LoadU(d, place(from));
-  } else {
-    const hn::Half<D> half;
-    return hn::Combine(d, every_second_pair(half, place, from + hn::MaxLanes(half)),
-                       every_second_pair(half, place, from));
-  }
-}
-
-/// Inverse of every_second_pair().
+/// Inverse of every_nth(): pairs to every second lane.
 template <class Place>
 HWY_INLINE void store_every_second(Double pairs, const Place& place, std::size_t from) {
   const auto store = [&](auto pair, std::size_t lane)
@@ -87,8 +76,8 @@ HWY_INLINE PairLanes<D> load_pairs(D d, const Place& place) {
 #if HWY_TARGET == HWY_SCALAR
   return {hn::LoadU(d, place(0)), hn::LoadU(d, place(0) + 1)};
 #else
-  const auto even = every_second_pair(d, place, 0);
-  const auto odd = every_second_pair(d, place, 1);
+  const auto even = every_nth(d, place, 0);
+  const auto odd = every_nth(d, place, 1);
   return {hn::InterleaveLower(d, even, odd), hn::InterleaveUpper(d, even, odd)};
 #endif
 }
