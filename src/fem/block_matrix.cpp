@@ -272,8 +272,47 @@ void BlockMatrix::assemble(const parallel::Threads& threads, std::span<const dou
                        [&](std::size_t begin, std::size_t end, std::size_t) {
                          const std::size_t full = std::clamp(first_tangent_slice_, begin, end);
                          simd::assemble_slices(rows, values, diagonal_blocks_.data(), begin, full);
+                         if (!elements_->tense().all().empty()) {
+                           for (std::size_t row = simd::slice_rows * begin; row < simd::slice_rows * full; ++row)
+                             add_tension(row);
+                         }
                          assemble_tangent(full, end);
                        });
+}
+
+/// Adds the geometric stiffness of the elements at the point of a row, elements ascending; (i, j) and (j, i)
+/// get transposed bits.
+void BlockMatrix::add_tension(std::size_t row) {
+  const Index point = row < point_of_row_.size() ? point_of_row_[row] : -1;
+  if (point < 0) return;
+  const std::size_t lane = row % simd::slice_rows;
+  const auto own_columns = columns(point);
+  float* const diagonal = diagonal_blocks_.data() + simd::slice_symmetric * (row / simd::slice_rows) + lane;
+  const auto add = [](float* value, double by) { *value += static_cast<float>(by); };
+  for (const Index element : elements_of_point_[point]) {
+    const TenseElements::Tense* const tense = elements_->tense().find(element);
+    if (tense == nullptr) continue;
+    const Tet& corners = at(elements_->corners(), element);
+    const auto own = static_cast<int>(std::ranges::find(corners, point) - corners.begin());
+    for (int j = 0; j < 4; ++j) {
+      const Matrix3 above = geometric_block(tense->q, elements_->gradient(element, std::min(own, j)),
+                                            elements_->gradient(element, std::max(own, j)));
+      if (own == j) {
+        const SymmetricMatrix3 b = symmetric_part(above);
+        std::size_t k = 0;
+        for (const double value : {b.xx, b.yy, b.zz, b.xy, b.xz, b.yz})
+          add(diagonal + simd::slice_rows * k++, value);
+        continue;
+      }
+      const Matrix3 block = own < j ? above : transposed(above);
+      const auto column = static_cast<std::uint32_t>(at(corners, j));
+      const auto place = std::ranges::lower_bound(own_columns, column) - own_columns.begin();
+      const std::uint32_t slot =
+          slot_of_column_[at(column_begin_, point) + static_cast<std::size_t>(place)];
+      for (std::size_t k = 0; k < 9; ++k)
+        add(&slots_[slot].values[simd::slice_rows * k + lane], block.values[k]);
+    }
+  }
 }
 
 std::span<const std::uint32_t> BlockMatrix::columns(Index point) const {

@@ -82,6 +82,7 @@ class BlockMatrix {
   void pad_slice();
   [[nodiscard]] std::uint32_t tangent_term(Index element, int i, int j) const;
   [[nodiscard]] std::uint32_t empty_tangent_term() const;
+  void add_tension(std::size_t row);
   void assemble_tangent(std::size_t begin, std::size_t end);
   void add_domains(std::size_t row);
   void place_domains();

@@ -38,6 +38,9 @@ Elements::Elements(const Bodies& bodies, const Materials& materials, std::span<c
     : points_rest_(bodies.points_rest().begin(), bodies.points_rest().end()) {
   add_bodies(bodies, materials, obstacles);
   add_viscosity(materials);
+  const std::vector<double> thickness = tissue_thickness(bodies);
+  for (std::size_t e = 0; e < tets_.size(); ++e)
+    tense_.add(at(thickness, tets_[e]), materials.of(tets_[e], body_[e]), volume_[e]);
   plastic_strains_.resize(plasticity_.size());
   factor_.assign(corners_.size(), 1.0);
   bulk_fraction_.assign(corners_.size(), 1.0);
@@ -242,6 +245,7 @@ std::span<const simd::Padded3> Elements::multiply(const parallel::Threads& threa
                          own.products = products.data();
                          if (!has_tangent_blocks(begin)) simd::stiffness_pass(own, begin, whole_groups(end));
                          multiply_full(begin, end, vectors, products.data());
+                         add_tense_products(begin, end, vectors, products);
                          for (std::size_t k = 0; !weights.empty() && k < 16 * (end - begin); ++k)
                            products[k] *= weights[begin + k / 16];
                          product_sums_.take(chunk, products);
@@ -280,22 +284,25 @@ void Elements::update(const parallel::Threads& threads, std::span<const Vec3> po
   pass.energies = energy_.data();
   pass.inverted = inverted_.data();
   pass.left = left_.data();
-  parallel::for_chunks(threads, tets_.size(), element_grain,
-                       [&](std::size_t begin, std::size_t end, std::size_t chunk) {
-                         alignas(64) CornerSums::Values forces;
-                         simd::ElementPass own = pass;
-                         own.forces = forces.data();
-                         run_passes(own, begin, end);
-                         for (std::size_t e = begin; e < end; ++e) {
-                           if (left_[e] != 0 || bulk_fraction_[e] != 1.0 || has_yielded(e)) {
-                             update_element(e, positions, &forces[16 * (e - begin)]);
-                           } else if (has_tangent_blocks(e) && !is_hyperelastic(e)) {
-                             put_corotational_blocks(e);
-                           }
-                           if (viscosity_.has(e)) add_viscous_forces(e, positions, &forces[16 * (e - begin)]);
-                         }
-                         collect_forces(chunk, forces, corner_forces);
-                       });
+  tense_lists_.fill(threads, tets_.size(), element_grain,
+                    [&](std::size_t begin, std::size_t end, std::vector<TenseElements::Tense>& tense) {
+                      alignas(64) CornerSums::Values forces;
+                      simd::ElementPass own = pass;
+                      own.forces = forces.data();
+                      run_passes(own, begin, end);
+                      for (std::size_t e = begin; e < end; ++e) {
+                        double* const of_element = &forces[16 * (e - begin)];
+                        if (left_[e] != 0 || bulk_fraction_[e] != 1.0 || has_yielded(e)) {
+                          update_element(e, positions, of_element);
+                        } else if (has_tangent_blocks(e) && !is_hyperelastic(e)) {
+                          put_corotational_blocks(e);
+                        }
+                        if (viscosity_.has(e)) add_viscous_forces(e, positions, of_element);
+                        add_tension(e, of_element, tense);
+                      }
+                      collect_forces(begin / element_grain, forces, corner_forces);
+                    });
+  tense_.take(threads, tense_lists_);
   force_sums_.collect(threads, point_forces_);
   update_smoothing(threads);
 }
@@ -315,15 +322,18 @@ void Elements::update_smoothing(const parallel::Threads& threads) {
 
 void Elements::update_one_by_one(std::span<const Vec3> positions, std::span<simd::Padded3> corner_forces) {
   const parallel::Threads one(1);
-  parallel::for_chunks(one, tets_.size(), element_grain,
-                       [&](std::size_t begin, std::size_t end, std::size_t chunk) {
-                         CornerSums::Values forces;
-                         for (std::size_t e = begin; e < end; ++e) {
-                           update_element(e, positions, &forces[16 * (e - begin)]);
-                           if (viscosity_.has(e)) add_viscous_forces(e, positions, &forces[16 * (e - begin)]);
-                         }
-                         collect_forces(chunk, forces, corner_forces);
-                       });
+  tense_lists_.fill(one, tets_.size(), element_grain,
+                    [&](std::size_t begin, std::size_t end, std::vector<TenseElements::Tense>& tense) {
+                      CornerSums::Values forces;
+                      for (std::size_t e = begin; e < end; ++e) {
+                        double* const of_element = &forces[16 * (e - begin)];
+                        update_element(e, positions, of_element);
+                        if (viscosity_.has(e)) add_viscous_forces(e, positions, of_element);
+                        add_tension(e, of_element, tense);
+                      }
+                      collect_forces(begin / element_grain, forces, corner_forces);
+                    });
+  tense_.take(one, tense_lists_);
   force_sums_.collect(one, point_forces_);
   set_displacements(one, positions);
   update_smoothing(one);

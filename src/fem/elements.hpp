@@ -13,6 +13,7 @@
 #include "fem/matrix.hpp"
 #include "fem/plasticity.hpp"
 #include "fem/smoothing_domains.hpp"
+#include "fem/tense_elements.hpp"
 #include "fem/viscosity.hpp"
 #include "parallel/parallel.hpp"
 #include "simd/aligned.hpp"
@@ -191,8 +192,11 @@ class Elements {
   void flow(const parallel::Threads& threads, std::span<const Vec3> positions, double time_step,
             std::span<SymmetricMatrix3> next) const;
 
+  /// Corotational tets without tangent blocks that have geometric stiffness, as of the last update(). K'_e of
+  /// those with tangent blocks includes it.
+  [[nodiscard]] const TenseElements& tense() const { return tense_; }
   /// Sets the viscosity of the elements for steps of this length: the stiffness of all, and the stresses of
-  /// those that are not smoothed. Forces use it after set_time_step() or find_history(), and update().
+  /// those that are not smoothed. And which elements are tense(). Forces use it after set_time_step() or find_history(), and update().
   [[nodiscard]] const ViscousElements& viscosity() const { return viscosity_; }
   [[nodiscard]] bool is_viscous() const;
   void set_time_step(double time_step);
@@ -222,6 +226,15 @@ class Elements {
   void update_element(std::size_t element, std::span<const Vec3> positions, double* forces);
   void update_hyperelastic(std::size_t element, std::span<const Vec3> positions, double* forces);
   void put_corotational_blocks(std::size_t element);
+  void add_tension(std::size_t element, const double* forces, std::vector<TenseElements::Tense>& tense);
+  void add_tension_blocks(std::size_t element, const SymmetricMatrix3& q);
+  void multiply_tense(const TenseElements::Tense& tense, const std::array<Vec3, 4>& vectors,
+                      std::array<Vec3, 4>& products) const;
+  void add_tense_products(std::size_t begin, std::size_t end, std::span<const simd::Padded3> vectors,
+                          CornerSums::Values& products) const;
+  [[nodiscard]] bool is_corotational(std::size_t element) const {
+    return !is_hyperelastic(element) && !is_smoothed(element);
+  }
   void multiply_full(std::size_t begin, std::size_t end, std::span<const simd::Padded3> vectors,
                      double* products) const;
   [[nodiscard]] HyperelasticLaw whole_law_of(std::size_t element) const;
@@ -303,6 +316,8 @@ class Elements {
   std::vector<Plasticity> plasticity_;                   ///< (n_elements), or empty where no material yields
   std::vector<SymmetricMatrix3> plastic_strains_;        ///< as plasticity_
   ViscousElements viscosity_;
+  TenseElements tense_;
+  parallel::ChunkedList<TenseElements::Tense> tense_lists_;
 };
 
 }  // namespace palpate::fem

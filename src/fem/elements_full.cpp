@@ -269,6 +269,7 @@ std::array<Vec3, 4> Elements::multiply(Index element, const std::array<Vec3, 4>&
       at(products, i) += block * (at(vectors, j) - at(vectors, i));
     }
   }
+  if (const TenseElements::Tense* tense = tense_.find(element)) multiply_tense(*tense, vectors, products);
   return products;
 }
 

@@ -61,6 +61,7 @@ std::vector<Index> Elements::body_of_viscous_stress() const {
 void Elements::set_time_step(double time_step) {
   viscosity_.set_time_step(time_step);
   smoothing_.set_time_step(time_step);
+  tense_.set_time_step(time_step);
   set_tensions();
 }
 

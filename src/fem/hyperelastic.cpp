@@ -84,15 +84,7 @@ SymmetricMatrix3 positive_part(const SymmetricMatrix3& a) {
   const double det = a.xx * (a.yy * a.zz - a.yz * a.yz) - a.xy * (a.xy * a.zz - a.yz * a.xz) +
                      a.xz * (a.xy * a.yz - a.yy * a.xz);
   if (a.xx > 0.0 && minor > 0.0 && det > 0.0) return a;
-  const SymmetricEigen eigen = symmetric_eigen(a);
-  const std::array values{eigen.values.x, eigen.values.y, eigen.values.z};
-  SymmetricMatrix3 sum;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const Vec3& v = eigen.vectors[k];
-    sum = sum + std::max(values[k], 0.0) *
-                    SymmetricMatrix3{v.x * v.x, v.y * v.y, v.z * v.z, v.x * v.y, v.x * v.z, v.y * v.z};
-  }
-  return sum;
+  return positive_part(symmetric_eigen(a));
 }
 
 /// Second derivatives of the energy in principal stretches.
