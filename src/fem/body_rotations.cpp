@@ -15,6 +15,8 @@ namespace {
 /// Largest angle by which points move along arcs, rad. Contacts then have an error of 0.3 % of the body's
 /// size.
 constexpr double largest_arc_angle = 0.08;
+/// A hyperelastic body has a frame if it rotates by more than this in a step, rad.
+constexpr double braked_angle = 1e-3;
 
 Quaternion rotation_by(const Vec3& angle) {
   if (angle == Vec3{}) return {};
@@ -188,7 +190,8 @@ void BodyRotations::set_frame(std::size_t body, const Vec3& angle, const Vec3& m
 }
 
 void BodyRotations::begin(const parallel::Threads& threads, std::span<const Vec3> positions,
-                          std::span<const Vec3> velocities, double time_step) {
+                          std::span<const Vec3> velocities, double time_step,
+                          std::span<const std::uint8_t> nonlinear) {
   time_step_ = time_step;
   parallel::for_each(threads, bodies_.size(), 1, [&](std::size_t body) {
     frames_[body] = {};
@@ -196,7 +199,9 @@ void BodyRotations::begin(const parallel::Threads& threads, std::span<const Vec3
     starts_[body] = rigid_motion(body, positions, velocities);
     if (!starts_[body].dominates()) return;
     const Vec3 angle = free_angle(starts_[body], time_step);
-    if (swells(body, angle, starts_[body].whole_energy)) set_frame(body, angle, starts_[body].momentum);
+    const bool is_braked = !nonlinear.empty() && nonlinear[body] != 0 && length(angle) > braked_angle;
+    if (is_braked || swells(body, angle, starts_[body].whole_energy))
+      set_frame(body, angle, starts_[body].momentum);
   });
 }
 
@@ -335,9 +340,11 @@ Vec3 BodyRotations::inertial_acceleration(Index body, const Vec3& position) cons
 Vec3 BodyRotations::free_velocity(Index body, const Vec3& position, const Vec3& velocity) const {
   const Frame& frame = at(frames_, body);
   if (frame.angle == Vec3{}) return velocity;
-  const Vec3 arm_end = rotated(frame.rotation, position - frame.center);
-  const Vec3 velocity_end =
-      frame.velocity + rotated(frame.rotation, velocity - frame.velocity) + cross(frame.correction, arm_end);
+  const Vec3 arm = position - frame.center;
+  const Vec3 rigid = cross(at(starts_, body).angular_velocity(), arm);
+  const Vec3 deformation = velocity - frame.velocity - rigid;  // turned back by the Coriolis force
+  const Vec3 velocity_end = frame.velocity + rotated(frame.rotation, rigid) + deformation +
+                            cross(frame.correction, rotated(frame.rotation, arm));
   return velocity_end + excess_velocity(body, position);
 }
 

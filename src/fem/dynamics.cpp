@@ -134,8 +134,10 @@ Dynamics::Dynamics(const Bodies& bodies, const Materials& materials, std::vector
   elastic_fractions_.resize(elements);
   damping_fractions_.resize(elements);
   nonlinear_points_.resize(points);
+  nonlinear_bodies_.resize(bodies_.size());
   for (Index e = elements_.nonlinear_begin(); e < elements_.size(); ++e) {
     for (const Index corner : at(elements_.corners(), e)) at(nonlinear_points_, corner) = 1;
+    at(nonlinear_bodies_, at(elements_.body_of_element(), e)) = 1;
   }
   for (auto* vector : {&velocities_, &velocity_changes_, &point_forces_, &mean_velocities_,
                        &linear_positions_, &loads_, &linear_forces_}) {
@@ -254,7 +256,7 @@ void Dynamics::begin_step(double time_step, const Vec3& gravity, std::span<const
   }
   multigrid().begin_step();
   refined_ = false;
-  if (!second_order_) rotations_.begin(threads_, positions_, velocities_, time_step);
+  if (!second_order_) rotations_.begin(threads_, positions_, velocities_, time_step, nonlinear_bodies_);
   set_loads(gravity, external_forces);
   linearise();
   set_initial_guess(time_step, gravity);

@@ -331,7 +331,8 @@ class Dynamics {
   std::vector<Vec3> linear_positions_;
   bool refined_ = false;                        ///< relinearise_tissue() has set them in this step
   bool at_end_ = false;                         ///< hyperelastic elements are updated at end_positions_
-  std::vector<std::uint8_t> nonlinear_points_;  ///< (n_points) 1: of a body with a hyperelastic tet
+  std::vector<std::uint8_t> nonlinear_bodies_;  ///< (n_bodies) 1: has a hyperelastic tet
+  std::vector<std::uint8_t> nonlinear_points_;  ///< (n_points) 1: of such a body
   std::vector<double>
       elastic_fractions_;  ///< (n_elements) h a / (h a + b): elastic part of the stiffness factor
   std::vector<double> damping_fractions_;     ///< (n_elements) the viscous part of the stiffness factor
