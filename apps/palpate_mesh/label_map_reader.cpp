@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <exception>
@@ -17,18 +16,18 @@
 #include <itkNiftiImageIO.h>
 #include <itkNrrdImageIO.h>
 #include <itkVersion.h>
-#include <memory>
 #include <numbers>
 #include <optional>
 #include <sstream>
 #include <string_view>
-#include <zlib.h>
 
 #include <palpate/error.hpp>
 
 #include "geometry/vector.hpp"
 #include "io/file_bytes.hpp"
 #include "label_map.hpp"
+#include "meta_voxels.hpp"
+#include "nifti_header.hpp"
 
 namespace palpate::app {
 namespace {
@@ -92,6 +91,8 @@ std::string short_message(const itk::ExceptionObject& error) {
   std::string text = error.GetDescription();
   std::ranges::replace(text, '\n', ' ');
   if (text.find("[nrrd] ") != std::string::npos) return nrrd_message(text);
+  // Of MetaIO. The "Reason" that it adds is the last failure of any call to the system.
+  if (text.find("File cannot be read: ") != std::string::npos) return "a header that cannot be read";
   // An address as in "itk::ERROR: NrrdImageIO(0x558cf5b8a2d0): " is of no use in a message.
   if (const auto place = text.find("): "); text.find("(0x") < place && place != std::string::npos)
     text.erase(0, place + 3);
@@ -165,46 +166,37 @@ void check_bytes(const itk::ImageIOBase& io, const fs::path& path) {
   }
 }
 
-/// The orientation of a NIfTI-1 file (https://nifti.nimh.nih.gov/nifti-1): ITK ends the process where it is
-/// not finite.
-void check_nifti(const fs::path& path) {
-  constexpr int header_size = 348;
-  struct Numbers {
-    std::size_t begin;
-    std::size_t count;
-  };
-  constexpr std::array<Numbers, 2> numbers{{{76, 8}, {256, 18}}};  // pixdim; qform and sform
-  std::array<unsigned char, header_size> header{};
-  const std::unique_ptr<gzFile_s, int (*)(gzFile)> file(gzopen(path.c_str(), "rb"), gzclose);
-  const int read = file ? gzread(file.get(), header.data(), header_size) : 0;
-  if (read < header_size)
-    throw Error(path.string(), "header", fmt::format("{} bytes", std::max(read, 0)), "348");
-  const auto number = [&](std::size_t place, bool swapped) {
-    std::array<unsigned char, 4> bytes{};
-    std::copy_n(header.begin() + static_cast<std::ptrdiff_t>(place), 4, bytes.begin());
-    if (swapped) std::ranges::reverse(bytes);
-    return std::bit_cast<std::uint32_t>(bytes);
-  };
-  const bool swapped = number(0, false) != header_size;
-  if (number(0, swapped) != header_size)
-    throw Error(path.string(), "header", fmt::format("a size of {}", number(0, false)), "348: NIfTI-1");
-  for (const auto& [begin, count] : numbers) {
-    for (std::size_t i = 0; i < count; ++i) {
-      const auto value = std::bit_cast<float>(number(begin + 4 * i, swapped));
-      if (!std::isfinite(value))
-        throw Error(path.string(), fmt::format("header, byte {}", begin + 4 * i), fmt::format("{}", value),
-                    "a finite number");
-    }
-  }
+std::int64_t voxels_of(const itk::ImageIOBase& io) {
+  std::int64_t voxels = 1;
+  for (unsigned axis = 0; axis < io.GetNumberOfDimensions(); ++axis)
+    voxels *= static_cast<std::int64_t>(io.GetDimensions(axis));
+  return voxels;
+}
+
+void require_meta_image(itk::MetaImageIO& io, const fs::path& path) {
+  const MetaImage& image = *io.GetMetaImagePointer();
+  MetaVoxels voxels;
+  for (unsigned axis = 0; axis < io.GetNumberOfDimensions(); ++axis)
+    voxels.size.push_back(static_cast<std::int64_t>(io.GetDimensions(axis)));
+  voxels.voxel_bytes = io.GetComponentSize();
+  voxels.file = image.ElementDataFileName();
+  voxels.binary = image.BinaryData();
+  voxels.compressed = image.CompressedData();
+  voxels.skipped_bytes = image.HeaderSize();
+  require_meta_voxels(path, voxels);
 }
 
 Image::Pointer read_file(const fs::path& path, const itk::ImageIOBase::Pointer& io) {
-  if (dynamic_cast<const itk::NiftiImageIO*>(io.GetPointer()) != nullptr) check_nifti(path);
-  if (dynamic_cast<const itk::NiftiImageIO*>(io.GetPointer()) == nullptr) check_file_of_voxels(path);
+  if (fs::file_size(path) == 0) throw Error(path.string(), "", "an empty file", "a label map");
+  std::optional<NiftiHeader> nifti;
+  if (dynamic_cast<const itk::NiftiImageIO*>(io.GetPointer()) != nullptr) nifti.emplace(path);
+  if (!nifti) check_file_of_voxels(path);
   io->SetFileName(path.string());
   io->ReadImageInformation();
   check_header(*io, path.string());
   check_bytes(*io, path);
+  if (nifti) nifti->require_voxels(voxels_of(*io));
+  if (auto* meta = dynamic_cast<itk::MetaImageIO*>(io.GetPointer())) require_meta_image(*meta, path);
   const auto reader = itk::ImageFileReader<Image>::New();
   reader->SetImageIO(io);
   reader->SetFileName(path.string());

@@ -36,6 +36,12 @@ std::string bytes_of_number(std::uint32_t value, std::size_t count) {
   return bytes;
 }
 
+/// The last block of deflated data, not compressed.
+std::string stored_block(const std::string& bytes) {
+  const auto size = static_cast<std::uint32_t>(bytes.size());
+  return "\x01" + bytes_of_number(size, 2) + bytes_of_number(~size, 2) + bytes;
+}
+
 /// A data element; text is padded to even length as its kind asks.
 std::string element(std::uint32_t group, std::uint32_t tag, const std::string& kind, std::string value) {
   if (value.size() % 2 != 0) value.push_back(kind == "UI" || kind == "OB" ? '\0' : ' ');
@@ -143,6 +149,29 @@ std::string meta_image(const TestMap& map) {
   header << "\nDimSize = " << map.size[0] << ' ' << map.size[1] << ' ' << map.size[2]
          << "\nElementType = MET_UCHAR\nElementDataFile = LOCAL\n";
   return header.str() + bytes_of(map);
+}
+
+std::string zlib_stored(const std::string& bytes) {
+  std::uint32_t a = 1;  // Adler-32
+  std::uint32_t b = 0;
+  for (const char c : bytes) {
+    a = (a + static_cast<unsigned char>(c)) % 65521;
+    b = (b + a) % 65521;
+  }
+  std::string sum = bytes_of_number(a + 65536 * b, 4);
+  std::ranges::reverse(sum);
+  return "\x78\x01" + stored_block(bytes) + sum;
+}
+
+std::string gzip_stored(const std::string& bytes) {
+  std::uint32_t sum = 0xffffffffU;  // CRC-32
+  for (const char c : bytes) {
+    sum ^= static_cast<unsigned char>(c);
+    for (int bit = 0; bit < 8; ++bit) sum = (sum >> 1U) ^ (sum % 2 == 0 ? 0U : 0xedb88320U);
+  }
+  const std::string header("\x1f\x8b\x08\0\0\0\0\0\0\xff", 10);
+  return header + stored_block(bytes) + bytes_of_number(~sum, 4) +
+         bytes_of_number(static_cast<std::uint32_t>(bytes.size()), 4);
 }
 
 std::string dicom_slice(const TestMap& map, int k, const std::string& object_class) {

@@ -37,6 +37,10 @@ std::string nifti(const TestMap& map);
 /// MetaImage in one file; LPS.
 std::string meta_image(const TestMap& map);
 
+/// Fewer than 65536 bytes as a zlib stream or a gzip file, stored without compression (RFC 1950 to 1952).
+std::string zlib_stored(const std::string& bytes);
+std::string gzip_stored(const std::string& bytes);
+
 /// DICOM (explicit little-endian) of the slice k of a map, of a class of objects by its UID; LPS.
 std::string dicom_slice(const TestMap& map, int k, const std::string& object_class);
 inline constexpr const char* dicom_ct = "1.2.840.10008.5.1.4.1.1.2";

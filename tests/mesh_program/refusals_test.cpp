@@ -35,7 +35,11 @@ TEST_F(MeshRefusals, Files) {
   write("nan.nii", nan);
   refuse({"nan.nii"}, {"nan.nii", "byte 284", "nan", "finite"});
   write("text.mha", "NDims = three\n");
-  refuse({"text.mha"}, {"text.mha"});
+  refuse({"text.mha"}, {"text.mha: found a header that cannot be read, expected a label map"});
+  for (const char* name : {"nothing.mha", "nothing.nii", "nothing.nrrd"}) {
+    write(name, "");
+    refuse({name}, {std::string(name) + ": found an empty file"});
+  }
   write("empty.nrrd", nrrd(TestMap({8, 8, 8}, [](int, int, int) { return 0; })));
   refuse({"empty.nrrd"}, {"empty.nrrd", "no voxel that is not 0"});
   write("voxels.raw", std::string(400UL * 400UL * 3UL, '\0'));
@@ -50,6 +54,105 @@ TEST_F(MeshRefusals, Files) {
   write_series("capture", map, dicom_secondary_capture);
   refuse({"capture"}, {"capture", "position", "CT or MR slices"});
   EXPECT_FALSE(exists("map-bodies"));
+}
+
+std::string meta_header(const std::string& more, const std::string& file) {
+  return "ObjectType = Image\nNDims = 3\nDimSize = 12 12 12\nElementType = MET_UCHAR\n" + more +
+         "ElementDataFile = " + file + '\n';
+}
+
+TEST_F(MeshRefusals, CutMetaImages) {
+  const TestMap map = box_map();
+  const std::string voxels(map.labels.begin(), map.labels.end());
+  const auto accept = [&](const std::string& name) {
+    const Finished finished = palpate({"mesh", name, "--out", "out", "--size", "3", "--quiet"});
+    EXPECT_EQ(finished.exit_code, 0) << name << finished.err;
+  };
+  const std::string whole = meta_image(map);
+  write("cut.mha", whole.substr(0, whole.size() - 728));
+  refuse({"cut.mha"}, {"cut.mha: voxels: found 1000 bytes, expected 1728 bytes: the file is cut"});
+  write("short.raw", voxels.substr(1));
+  write("cut.mhd", meta_header("", "short.raw"));
+  refuse({"cut.mhd"}, {"short.raw: voxels: found 1727 bytes", "1728"});
+  write("end.mhd", meta_header("HeaderSize = -1\n", "short.raw"));
+  refuse({"end.mhd"}, {"short.raw", "1727", "1728"});
+  write("skip.mhd", meta_header("HeaderSize = 2\n", "whole.raw"));
+  write("whole.raw", "ab" + voxels);
+  accept("skip.mhd");
+  write("whole.raw", voxels + " ");
+  refuse({"skip.mhd"}, {"whole.raw", "1727", "1728"});
+
+  const std::string packed = zlib_stored(voxels);
+  const auto compressed = [](std::size_t bytes) {
+    return meta_header("CompressedData = True\nCompressedDataSize = " + std::to_string(bytes) + '\n',
+                       "LOCAL");
+  };
+  write("packed.mha", compressed(packed.size()) + packed);
+  accept("packed.mha");
+  write("packed.mha", compressed(packed.size()) + packed.substr(0, 900));
+  refuse({"packed.mha"}, {"packed.mha: voxels: found 900 compressed bytes, expected 1739 bytes"});
+  write("packed.mha", compressed(900) + packed.substr(0, 900));
+  refuse({"packed.mha"}, {"packed.mha: voxels: found compressed data of 893 bytes, expected 1728 bytes"});
+
+  std::string text;
+  for (const int label : map.labels) text += std::to_string(label) + ' ';
+  write("text.mha", meta_header("BinaryData = False\n", "LOCAL") + text);
+  accept("text.mha");
+  write("text.mha", meta_header("BinaryData = False\n", "LOCAL") + text.substr(0, 2000));
+  refuse({"text.mha"}, {"text.mha: voxels: found 1000 numbers, expected 1728"});
+}
+
+TEST_F(MeshRefusals, MetaImagesWithAFileForEachSlice) {
+  const TestMap map = box_map();
+  std::string list = meta_header("", "LIST");
+  for (int k = 0; k < 12; ++k) {
+    const std::string name = "slice" + std::to_string(100 + k) + ".raw";
+    list += name + '\n';
+    write(name, std::string(map.labels.begin() + 144 * k, map.labels.begin() + 144 * (k + 1)));
+  }
+  write("list.mhd", list);
+  write("some.mhd", list.substr(0, list.size() - 13));
+  write("numbered.mhd", meta_header("", "slice1%02d.raw 0 11 1"));
+  for (const char* name : {"list.mhd", "numbered.mhd"}) {
+    const Finished finished = palpate({"mesh", name, "--out", name + std::string("-out"), "--size", "3"});
+    EXPECT_EQ(finished.exit_code, 0) << name << finished.err;
+  }
+  refuse({"some.mhd"}, {"some.mhd: ElementDataFile: found 11 files, expected 12"});
+  write("string.mhd", meta_header("", "slice%s.raw 0 11 1"));  // would crash MetaIO
+  refuse({"string.mhd"}, {"string.mhd: ElementDataFile: found 'slice%s.raw'", "%03d"});
+  write("few.mhd", meta_header("", "slice1%02d.raw 0 5 1"));
+  refuse({"few.mhd"}, {"few.mhd: ElementDataFile", "12 files"});
+  write("slice103.raw", "short");
+  for (const char* name : {"list.mhd", "numbered.mhd"})
+    refuse({name}, {"slice103.raw: voxels: found 5 bytes, expected 144"});
+  std::filesystem::remove(folder_ / "slice103.raw");
+  for (const char* name : {"list.mhd", "numbered.mhd"}) refuse({name}, {"slice103.raw", "no such file"});
+}
+
+TEST_F(MeshRefusals, CutNifti) {
+  const std::string whole = nifti(box_map());
+  write("cut.nii", whole.substr(0, whole.size() - 1));
+  refuse({"cut.nii"}, {"cut.nii: voxels: found the end of the file after 2079 bytes, expected 2080"});
+  const std::string packed = gzip_stored(whole);
+  write("whole.nii.gz", packed);
+  const Finished finished = palpate({"mesh", "whole.nii.gz", "--out", "out", "--size", "3"});
+  EXPECT_EQ(finished.exit_code, 0) << finished.err;
+  write("cut.nii.gz", packed.substr(0, packed.size() / 2));
+  refuse({"cut.nii.gz"}, {"cut.nii.gz: voxels", "2080"});
+  write("short.nii.gz", gzip_stored(whole.substr(0, whole.size() - 1)));
+  refuse({"short.nii.gz"}, {"short.nii.gz: voxels", "2079", "2080"});
+  std::string damaged = packed;
+  damaged[1500] = '\x01';
+  write("sum.nii.gz", damaged);
+  refuse({"sum.nii.gz"}, {"sum.nii.gz: found damaged compressed data"});
+  const auto offset = [&](const char* bytes, const std::string& found) {
+    std::string header = whole;
+    write("offset.nii", header.replace(108, 4, bytes, 4));
+    refuse({"offset.nii"}, {"offset.nii: header, byte 108: found " + found});
+  };
+  offset("\x00\x00\xc0\x7f", "nan");
+  offset("\xca\xf2\x49\x71", "1");  // 1e30
+  offset("\x00\x00\x80\xbf", "-1");
 }
 
 TEST_F(MeshRefusals, ImagesThatAreNoLabelMaps) {
