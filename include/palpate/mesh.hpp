@@ -26,7 +26,8 @@ struct MeshNotes {
 ///
 /// Throws Error (naming `source` and the 0-based tet or point) on: no points or no tets, an index out of
 /// range, a point repeated in a tet, a coordinate that is not from -1e100 to 1e100, a tet of exactly zero
-/// volume (exact arithmetic). The mesh is unchanged if it throws. O(n).
+/// volume (exact arithmetic), tets that are all smaller than 1e-150 along each axis. The mesh is unchanged if
+/// it throws. O(n).
 MeshNotes check_mesh(TetMesh& mesh, std::string_view source);
 
 /// One body's part of the index space of Bodies.

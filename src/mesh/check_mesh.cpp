@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdio>
@@ -9,14 +10,18 @@
 #include <palpate/error.hpp>
 #include <palpate/mesh.hpp>
 
+#include "geometry/box.hpp"
 #include "geometry/predicates.hpp"
 #include "geometry/vector.hpp"
+#include "number_text.hpp"
 
 namespace palpate {
 namespace {
 
 /// So that volumes, and the products of exact predicates, stay finite.
 constexpr double coordinate_limit = 1e100;
+/// So that not all squares of lengths underflow to 0.
+constexpr double least_size = 1e-150;
 
 /// "(1, 2, 3)", with enough digits to find the number in a file.
 std::string to_text(const Vec3& p) {
@@ -68,6 +73,25 @@ void check_corners(const TetMesh& mesh, std::size_t t, const std::string& source
   }
 }
 
+/// The longest side of a box around a tet.
+double longest_side(const TetMesh& mesh) {
+  double longest = 0.0;
+  for (const Tet& tet : mesh.tets) {
+    Box box;
+    for (const Index corner : tet) box.extend(at(mesh.points, corner));
+    const Vec3 sides = box.upper - box.lower;
+    longest = std::max({longest, sides.x, sides.y, sides.z});
+  }
+  return longest;
+}
+
+void check_size(const TetMesh& mesh, const std::string& source) {
+  const double longest = longest_side(mesh);
+  if (longest >= least_size) return;
+  throw Error(source, "tets", "a size of at most " + short_number_text(longest),
+              "1e-150 or more of the largest one");
+}
+
 }  // namespace
 
 MeshNotes check_mesh(TetMesh& mesh, std::string_view source_name) {
@@ -87,6 +111,7 @@ MeshNotes check_mesh(TetMesh& mesh, std::string_view source_name) {
     if (sign < 0) inverted.push_back(t);
     for (const Index corner : mesh.tets[t]) used[static_cast<std::size_t>(corner)] = true;
   }
+  check_size(mesh, source);
   for (const std::size_t t : inverted) std::swap(mesh.tets[t][2], mesh.tets[t][3]);
   MeshNotes notes;
   notes.reoriented_tets = static_cast<Index>(inverted.size());

@@ -74,6 +74,12 @@ TEST_F(RunErrors, ScenesThatAreWrong) {
   write("far.json", R"({"bodies": [{"ball": {"radius": 1, "resolution": 2}, "material": {},
     "translate": [1e308, 0, 0]}]})");
   expect_error(2, {"run", "far.json"}, {"far.json: bodies[0]", "point ", "1e100"});
+  write("tiny.json", R"({"bodies": [{"box": {"cells": [1, 1, 1], "size": [1e-200, 1e-200, 1e-200]},
+    "material": {}}]})");
+  for (const char* command : {"run", "info", "detect"}) {
+    expect_error(2, {command, "tiny.json"},
+                 {"tiny.json: bodies[0]", "tets: found a size of at most 1e-200, expected 1e-150 or more"});
+  }
   write("nobody.json", R"({"bodies": []})");
   expect_error(2, {"run", "nobody.json"}, {"nobody.json: bodies"});
   write(

@@ -63,6 +63,10 @@ TEST(CheckMesh, RefusesWithIndexFoundAndExpected) {
   EXPECT_EQ(
       message_of(mesh),
       "m: tet 1: found zero volume, points (1, 2, 3, 4), expected four points that are not in one plane");
+  mesh = two_tets();
+  for (Vec3& point : mesh.points) point = {1e-151 * point.x, 1e-151 * point.y, 1e-151 * point.z};
+  EXPECT_EQ(message_of(mesh),
+            "m: tets: found a size of at most 1e-151, expected 1e-150 or more of the largest one");
   EXPECT_EQ(message_of({}), "m: found no points, expected at least 4 points");
   EXPECT_EQ(message_of({{{0, 0, 0}}, {}}), "m: found no tets, expected at least one tet");
 }
