@@ -126,6 +126,15 @@ def tets(values: ArrayLike, name: str) -> Indices:
     return _integers(array, name)
 
 
+def mesh(points_given: ArrayLike, tets_given: ArrayLike) -> tuple[Floats, Indices]:
+    """Arrays `points` and `tets` of a mesh. Checks the range of indices."""
+    positions, corners = points(points_given, "points"), tets(tets_given, "tets")
+    outside = np.flatnonzero(((corners < 0) | (corners >= len(positions))).any(axis=1))
+    if outside.size > 0:
+        raise Error("tets", f"tet {outside[0]}", f"corners {corners[outside[0]].tolist()}", f"0 to {len(positions) - 1}")
+    return positions, corners
+
+
 def indices(values: ArrayLike, name: str, length: int | None = None) -> Indices:
     """An (n) array of indices, of a given length if any."""
     array = array_of(values, name)

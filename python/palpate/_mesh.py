@@ -78,26 +78,42 @@ def write_mesh(
 ) -> None:
     """Writes a mesh by meshio, the format by the extension. points: (n, 3), tets: (m, 4).
 
-    point_data: arrays of a row for each point. cell_data: arrays of a row for each tet.
+    point_data: arrays of a row for each point. cell_data: arrays of a row for each tet. Tets may be flat or inverted, as
+    in results. Raises Error, and writes no file, if there are no tets, or on an index out of range, a coordinate that is
+    not finite, or an array of another length.
     """
     path = _arrays.path(file, "file")
     try:
         import meshio
     except ImportError:
         raise needed("meshio", path, "mesh") from None
-    for name, data in (("point_data", point_data), ("cell_data", cell_data)):
-        if not isinstance(data, (Mapping, type(None))):
-            raise Error("write_mesh", name, shown(data), "a mapping of arrays")
-    mesh = meshio.Mesh(
-        _arrays.points(points, "points"), [("tetra", _arrays.tets(tets, "tets"))], point_data=dict(point_data or {}),
-        cell_data={name: [np.asarray(values)] for name, values in (cell_data or {}).items()},
-    )
+    positions, corners = _arrays.mesh(points, tets)
+    if len(corners) == 0:
+        raise Error("tets", "", "no tets", "at least one tet")
+    wrong = np.flatnonzero(~np.isfinite(positions).all(axis=1))
+    if wrong.size > 0:
+        raise Error("points", f"point {wrong[0]}", f"coordinates {positions[wrong[0]].tolist()}", "finite numbers")
+    of_points = _fields(point_data, "point_data", len(positions))
+    of_tets = _fields(cell_data, "cell_data", len(corners))
+    mesh = meshio.Mesh(positions, [("tetra", corners)], point_data=of_points,
+                       cell_data={name: [values] for name, values in of_tets.items()})
     try:
         # meshio takes the first format that it knows by an extension, which for .msh is not Gmsh's.
         meshio.write(path, mesh, file_format="gmsh" if path.lower().endswith(".msh") else None)
     except (Exception, SystemExit) as error:
         raise Error(path, "", f"a mesh that meshio cannot write ({str(error) or type(error).__name__})",
                     "a mesh format that meshio can write") from None
+
+
+def _fields(data: Mapping[str, Any] | None, name: str, rows: int) -> dict[str, Any]:
+    """The arrays of a mapping, each with a number of rows."""
+    if not isinstance(data, (Mapping, type(None))):
+        raise Error("write_mesh", name, shown(data), "a mapping of arrays")
+    fields = {key: np.asarray(values) for key, values in (data or {}).items()}
+    for key, values in fields.items():
+        if values.ndim == 0 or len(values) != rows:
+            raise Error("write_mesh", f"{name}[{key!r}]", f"an array of shape {values.shape}", f"{rows} rows")
+    return fields
 
 
 def box(cells: tuple[int, int, int], size: ArrayLike) -> tuple[Floats, Indices]:

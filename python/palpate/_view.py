@@ -22,10 +22,7 @@ def to_pyvista(points: ArrayLike, tets: ArrayLike) -> pyvista.UnstructuredGrid:
         import pyvista
     except ImportError:
         raise needed("pyvista", "to_pyvista", "view") from None
-    positions, corners = _arrays.points(points, "points"), _arrays.tets(tets, "tets")
-    outside = np.flatnonzero(((corners < 0) | (corners >= len(positions))).any(axis=1))
-    if outside.size > 0:
-        raise Error("tets", f"tet {outside[0]}", f"corners {corners[outside[0]].tolist()}", f"0 to {len(positions) - 1}")
+    positions, corners = _arrays.mesh(points, tets)
     return pyvista.UnstructuredGrid({pyvista.CellType.TETRA: corners}, positions)
 
 

@@ -116,6 +116,24 @@ def test_bad_mesh_files_are_refused(tmp_path):
         palpate.write_mesh(tmp_path / "what.what", *palpate.box((1, 1, 1), (1, 1, 1)))
 
 
+def test_bad_meshes_are_not_written(tmp_path):
+    points, tets = palpate.box((2, 2, 2), (0.1, 0.1, 0.1))
+    holed = points.copy()
+    holed[7, 1] = np.nan
+    file = tmp_path / "box.vtu"
+    for mesh, message in [((points, tets + 1000), "tet 0.*1000.*0 to 26"), ((points, tets - 5), "tet 0"),
+                          ((holed, tets), "point 7.*nan.*finite"), ((points, tets[:0]), "no tets")]:
+        with pytest.raises(palpate.Error, match=message):
+            palpate.write_mesh(file, *mesh)
+    with pytest.raises(palpate.Error, match=r"point_data\['height'\].*27 rows"):
+        palpate.write_mesh(file, points, tets, point_data={"height": points[1:, 2]})
+    with pytest.raises(palpate.Error, match=r"cell_data\['label'\].*40 rows"):
+        palpate.write_mesh(file, points, tets, cell_data={"label": 3})
+    assert not file.exists()
+    palpate.write_mesh(file, points, tets[:, [1, 0, 2, 3]])  # a result may have inverted tets
+    assert len(meshio.read(file).cells[0].data) == 40
+
+
 def test_generators_check_their_arguments():
     points, tets = palpate.box((2, 3, 4), (0.2, 0.3, 0.4))
     assert points.shape == (60, 3) and tets.shape == (120, 4)
