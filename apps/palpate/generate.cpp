@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <limits>
 #include <memory>
-#include <optional>
 #include <string>
 #include <utility>
 
@@ -11,7 +10,7 @@
 
 #include "exit_codes.hpp"
 #include "generate_anatomy.hpp"
-#include "io/atomic_file.hpp"
+#include "generated_file.hpp"
 #include "messages.hpp"
 #include "numbers.hpp"
 #include "option_values.hpp"
@@ -41,31 +40,6 @@ constexpr const char* ball_examples = R"(Examples:
   palpate generate ball                                    radius 1, 8 layers
   palpate generate ball --radius 0.05 --resolution 16 --out ball.vtu)";
 
-/// The output file of a generator. A file that the user names is replaced, the default name is not.
-struct Output {
-  fs::path default_name;
-  std::optional<fs::path> named;
-
-  [[nodiscard]] fs::path path() const {
-    std::error_code ignored;
-    if (!named && fs::exists(default_name, ignored)) {
-      throw BadInput(default_name.string(), "", "an existing file",
-                     "a name that does not exist yet; --out FILE replaces an existing file");
-    }
-    fs::path result = named.value_or(default_name);
-    if (result.extension() != default_name.extension()) {
-      throw BadInput("--out", "", "'" + result.string() + "'",
-                     "a name that ends in " + default_name.extension().string());
-    }
-    return result;
-  }
-};
-
-void add_out(CLI::App& app, Output& out) {
-  add_value(app, "--out", "FILE", "file to write; default: " + out.default_name.string(),
-            [&out](const std::string&, const std::string& text) { out.named = text; });
-}
-
 void add_integer(CLI::App& app, const std::string& flag, const std::string& help, int most, int& value) {
   add_value(app, flag, "N", help, [most, &value](const std::string& f, const std::string& text) {
     value = static_cast<int>(parse_integer(f, text, 1, most));
@@ -75,7 +49,7 @@ void add_integer(CLI::App& app, const std::string& flag, const std::string& help
 Subcommand add_stacking(CLI::App& generate) {
   struct Options {
     StackingOptions stacking;
-    Output out{"stacking.json", {}};
+    GeneratedFile out{"stacking.json", {}};
   };
   auto options = std::make_shared<Options>();
   CLI::App* app = generate.add_subcommand("stacking", "a scene of membranes that fall on each other");
@@ -93,12 +67,12 @@ Subcommand add_stacking(CLI::App& generate) {
               constexpr auto most = std::numeric_limits<std::uint32_t>::max();
               stacking.seed = static_cast<std::uint32_t>(parse_integer(flag, text, 0, most));
             });
-  add_out(*app, options->out);
+  add_out(*app, "file to write", options->out);
   return {app, [options] {
-            const Scene scene = as_input([&] { return make_stacking_scene(options->stacking); });
-            const fs::path path = options->out.path();
-            io::write_atomically(path, write_scene(scene));
-            print_out(fmt::format("{}: {}\n", path.string(), counted(scene.bodies.size(), "membrane")));
+            const fs::path path = write_generated(
+                options->out, [&] { return write_scene(make_stacking_scene(options->stacking)); });
+            const auto count = static_cast<std::size_t>(options->stacking.count);
+            print_out(fmt::format("{}: {}\n", path.string(), counted(count, "membrane")));
             return exit_done;
           }};
 }
@@ -106,17 +80,17 @@ Subcommand add_stacking(CLI::App& generate) {
 Subcommand add_box(CLI::App& generate) {
   struct Options {
     BoxGenerator box{{10, 10, 10}, {1.0, 1.0, 1.0}};
-    Output out{"box.vtu", {}};
+    GeneratedFile out{"box.vtu", {}};
   };
   auto options = std::make_shared<Options>();
   CLI::App* app = generate.add_subcommand("box", "a mesh: a box around the origin, 5 tets a cell");
   app->footer(box_examples);
   add_triple(*app, "--cells", "NX NY NZ", "cells along each axis; default: 10 10 10", options->box.cells);
   add_triple(*app, "--size", "X Y Z", "size along each axis; default: 1 1 1", options->box.size);
-  add_out(*app, options->out);
+  add_out(*app, "file to write", options->out);
   return {app, [options] {
-            const fs::path path = options->out.path();
-            write_mesh(path, as_input([&] { return make_box(options->box.cells, options->box.size); }));
+            write_generated_mesh(options->out,
+                                 [&] { return make_box(options->box.cells, options->box.size); });
             return exit_done;
           }};
 }
@@ -124,7 +98,7 @@ Subcommand add_box(CLI::App& generate) {
 Subcommand add_ball(CLI::App& generate) {
   struct Options {
     BallGenerator ball{1.0, 8};
-    Output out{"ball.vtu", {}};
+    GeneratedFile out{"ball.vtu", {}};
   };
   auto options = std::make_shared<Options>();
   CLI::App* app = generate.add_subcommand("ball", "a mesh: a ball around the origin");
@@ -135,11 +109,10 @@ Subcommand add_ball(CLI::App& generate) {
             });
   add_integer(*app, "--resolution", "layers n from centre to surface, 20 n^3 tets; default: 8",
               most_ball_resolution, options->ball.resolution);
-  add_out(*app, options->out);
+  add_out(*app, "file to write", options->out);
   return {app, [options] {
-            const fs::path path = options->out.path();
-            write_mesh(path,
-                       as_input([&] { return make_ball(options->ball.radius, options->ball.resolution); }));
+            write_generated_mesh(options->out,
+                                 [&] { return make_ball(options->ball.radius, options->ball.resolution); });
             return exit_done;
           }};
 }

@@ -12,10 +12,8 @@
 #include "anatomy/organ_labels.hpp"
 #include "anatomy/organs.hpp"
 #include "exit_codes.hpp"
-#include "io/atomic_file.hpp"
-#include "io/vtu_writer.hpp"
+#include "generated_file.hpp"
 #include "messages.hpp"
-#include "numbers.hpp"
 #include "option_values.hpp"
 
 namespace palpate::app {
@@ -43,8 +41,20 @@ fs::path folder_for(const std::string& name, const std::optional<fs::path>& name
   return folder;
 }
 
-void write_organs(const fs::path& folder, const std::vector<anatomy::Organ>& organs) {
-  for (const anatomy::Organ& organ : organs) write_mesh(folder / (organ.name + ".vtu"), organ.mesh);
+void write_organs(const fs::path& folder, const std::function<std::vector<anatomy::Organ>()>& make) {
+  const InterruptFlag interrupt;
+  const std::vector<anatomy::Organ> organs = make();
+  std::size_t written = 0;
+  const auto check = [&] {
+    stop_if_interrupted(interrupt,
+                        fmt::format("{} has {} of {} meshes", folder.string(), written, organs.size()));
+  };
+  check();
+  for (const anatomy::Organ& organ : organs) {
+    write_mesh(folder / (organ.name + ".vtu"), organ.mesh);
+    ++written;
+    check();
+  }
 }
 
 Subcommand add_organs(CLI::App& generate, const std::string& name, const std::string& help,
@@ -55,8 +65,7 @@ Subcommand add_organs(CLI::App& generate, const std::string& name, const std::st
   add_value(*app, "--out", "DIR", "folder of the meshes, NAME.vtu each, in mm; default: " + name,
             [named](const std::string&, const std::string& text) { *named = text; });
   return {app, [name, named, make = std::move(make)] {
-            fs::path folder = folder_for(name, *named);
-            write_organs(folder, make());
+            write_organs(folder_for(name, *named), make);
             return exit_done;
           }};
 }
@@ -76,7 +85,7 @@ std::string nrrd_of(const anatomy::OrganLabels& map) {
 }
 
 struct LabelOptions {
-  fs::path out;
+  GeneratedFile out;
   double voxel = 1.0;
   anatomy::FloorDefect defect;
 };
@@ -87,17 +96,19 @@ Subcommand add_labels(CLI::App& generate, const std::string& name, const std::st
                       std::function<anatomy::OrganLabels(const LabelOptions&)> make) {
   CLI::App* app = generate.add_subcommand(name, help);
   app->footer(anatomy_examples);
-  add_value(*app, "--out", "FILE", "where to write it (.nrrd), in mm; default: " + options->out.string(),
-            [options](const std::string&, const std::string& text) { options->out = text; });
+  add_out(*app, "where to write it (.nrrd), in mm", options->out);
   add_value(*app, "--voxel", "MM", "edge of a voxel, 0.25 to 4; default: 1",
             [options](const std::string& flag, const std::string& text) {
               constexpr scene_format::Limits limits{.low = 0.25, .high = 4.0};
               options->voxel = parse_number(flag, text, limits);
             });
   return {app, [options, make = std::move(make)] {
-            const anatomy::OrganLabels map = as_input([&] { return make(*options); });
-            io::write_atomically(options->out, nrrd_of(map));
-            print_out(fmt::format("{}: {} x {} x {} voxels, {} labels\n", options->out.string(), map.size[0],
+            anatomy::OrganLabels map;
+            const fs::path path = write_generated(options->out, [&] {
+              map = make(*options);
+              return nrrd_of(map);
+            });
+            print_out(fmt::format("{}: {} x {} x {} voxels, {} labels\n", path.string(), map.size[0],
                                   map.size[1], map.size[2], map.names.size()));
             return exit_done;
           }};
@@ -106,7 +117,7 @@ Subcommand add_labels(CLI::App& generate, const std::string& name, const std::st
 Subcommand add_eye_labels(CLI::App& generate) {
   return add_labels(generate, "eye-labels",
                     "a label map: the orbit of 'eye' as a segmentation, organs without gaps, no plate",
-                    std::make_shared<LabelOptions>(LabelOptions{.out = "eye.seg.nrrd", .defect = {}}),
+                    std::make_shared<LabelOptions>(LabelOptions{.out = {"eye.seg.nrrd", {}}, .defect = {}}),
                     [](const LabelOptions& options) { return anatomy::eye_labels(options.voxel); });
 }
 
@@ -119,7 +130,7 @@ std::pair<double, double> parse_pair(const std::string& flag, const std::string&
 }
 
 Subcommand add_orbit_labels(CLI::App& generate) {
-  auto options = std::make_shared<LabelOptions>(LabelOptions{.out = "orbit.seg.nrrd", .defect = {}});
+  auto options = std::make_shared<LabelOptions>(LabelOptions{.out = {"orbit.seg.nrrd", {}}, .defect = {}});
   Subcommand command = add_labels(
       generate, "orbit-labels",
       "a label map: an orbit over a sinus, with a piece of its floor that breaks out", options,
@@ -138,15 +149,14 @@ Subcommand add_orbit_labels(CLI::App& generate) {
 
 Subcommand add_orbit_plate(CLI::App& generate) {
   struct Options {
-    fs::path out{"plate.vtu"};
+    GeneratedFile out{"plate.vtu", {}};
     anatomy::OrbitPlate plate;
   };
   auto options = std::make_shared<Options>();
   CLI::App* app = generate.add_subcommand(
       "orbit-plate", "a mesh: a plate for the floor of 'orbit-labels', bent as it is or flat");
   app->footer(anatomy_examples);
-  add_value(*app, "--out", "FILE", "where to write it (.vtu), in mm; default: plate.vtu",
-            [options](const std::string&, const std::string& text) { options->out = text; });
+  add_out(*app, "where to write it (.vtu), in mm", options->out);
   add_value(*app, "--size", "WIDTH,LENGTH", "along x and y, mm; default: 17,20",
             [options](const std::string& flag, const std::string& text) {
               std::tie(options->plate.width, options->plate.length) = parse_pair(flag, text);
@@ -164,20 +174,12 @@ Subcommand add_orbit_plate(CLI::App& generate) {
   add_length("--thickness", "default: 0.8", options->plate.thickness);
   add_length("--above", "of its lower side over the floor; default: 0.6", options->plate.above);
   return {app, [options] {
-            const TetMesh mesh = as_input([&] { return anatomy::make_orbit_plate(options->plate); });
-            write_mesh(options->out, mesh);
+            write_generated_mesh(options->out, [&] { return anatomy::make_orbit_plate(options->plate); });
             return exit_done;
           }};
 }
 
 }  // namespace
-
-void write_mesh(const fs::path& path, const TetMesh& mesh) {
-  io::write_vtu(path,
-                {.points = mesh.points, .tets = mesh.tets, .point_arrays = {}, .tet_arrays = {}, .time = {}});
-  print_out(fmt::format("{}: {}, {}\n", path.string(), counted(mesh.points.size(), "point"),
-                        counted(mesh.tets.size(), "tet")));
-}
 
 std::vector<Subcommand> add_generate_anatomy(CLI::App& generate) {
   return {add_organs(generate, "eye", "meshes: an orbit with bulb, recti, nerve, fat, skin, bone and plate",

@@ -1,3 +1,5 @@
+#include <csignal>
+
 #include "apps/workplace.hpp"
 
 namespace palpate::test {
@@ -57,6 +59,40 @@ TEST_F(Generate, OnlyANamedFileIsReplaced) {
   EXPECT_EQ(json_of({"info", "box.vtu", "--json"})["tets"], 40);
 }
 
+TEST_F(Generate, NamesOfLabelMapsAndPlatesAreAsOfMeshes) {
+  for (const char* name : {"eye.seg.nrrd", "orbit.seg.nrrd", "plate.vtu"}) write(name, "mine");
+  expect_error(2, {"generate", "eye-labels"}, {"eye.seg.nrrd", "an existing file", "--out"});
+  expect_error(2, {"generate", "orbit-labels"}, {"orbit.seg.nrrd", "an existing file", "--out"});
+  expect_error(2, {"generate", "orbit-plate"}, {"plate.vtu", "an existing file", "--out"});
+  for (const char* name : {"eye.seg.nrrd", "orbit.seg.nrrd", "plate.vtu"}) EXPECT_EQ(read(name), "mine");
+  output_of({"generate", "eye-labels", "--voxel", "4", "--out", "eye.seg.nrrd"});
+  EXPECT_TRUE(read("eye.seg.nrrd").starts_with("NRRD"));
+}
+
+TEST_F(Generate, AnInterruptLeavesNoFile) {
+  for (const int signal : {SIGINT, SIGTERM}) {
+    Process process({"generate", "ball", "--resolution", "40"}, folder_.path());
+    wait_until([&] { return process.handles(signal); });
+    process.send(signal);
+    const Finished finished = process.wait();
+    EXPECT_EQ(finished.exit_code, 1);
+    EXPECT_EQ(finished.err, "palpate: error: interrupted; nothing was written\n");
+    EXPECT_TRUE(names_in(folder_.path()).empty());
+  }
+}
+
+TEST_F(Generate, AnInterruptWhileWritingLeavesNoHiddenFile) {
+  const auto writes = [&] { return !names_in(folder_.path()).empty(); };
+  Process process({"generate", "ball", "--resolution", "50", "--out", "b.vtu"}, folder_.path());
+  wait_until(writes);
+  process.send(SIGTERM);
+  const Finished finished = process.wait();
+  EXPECT_EQ(finished.exit_code, 1);
+  EXPECT_EQ(finished.err, "palpate: error: interrupted; b.vtu is complete\n");
+  EXPECT_EQ(names_in(folder_.path()), std::vector<std::string>{"b.vtu"});
+  EXPECT_EQ(json_of({"info", "b.vtu", "--json"})["tets"], 20 * 50 * 50 * 50);
+}
+
 TEST_F(Generate, WritesTheOrgansOfTheMedicalScenes) {
   const std::string said = output_of({"generate", "skull"});
   for (const char* name :
@@ -73,6 +109,9 @@ TEST_F(Generate, WritesTheOrgansOfTheMedicalScenes) {
 TEST_F(Generate, RefusesWhatItCannotWrite) {
   expect_error(2, {"generate", "box", "--out", "box.msh"}, {"--out", "'box.msh'", ".vtu"});
   expect_error(2, {"generate", "stacking", "--out", "s.vtu"}, {"--out", ".json"});
+  for (const char* kind : {"eye-labels", "orbit-labels"})
+    expect_error(2, {"generate", kind, "--out", "mesh.vtu"}, {"--out", "'mesh.vtu'", ".nrrd"});
+  expect_error(2, {"generate", "orbit-plate", "--out", "map.nrrd"}, {"--out", "'map.nrrd'", ".vtu"});
   expect_error(1, {"generate", "ball", "--out", "no/such/ball.vtu"}, {"no/such/ball.vtu", "folder"});
   expect_error(2, {"generate", "ball", "--resolution", "257"}, {"resolution", "257", "256"});
   expect_error(2, {"generate", "stacking", "--count", "1000000000"}, {"--count", "100000"});
