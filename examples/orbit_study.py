@@ -90,7 +90,8 @@ def make_meshes(folder, head, part, fineness):
     scale = (TETS[head]["middle"] / TETS[head][fineness]) ** (1 / 3)
     sizes = ["--size", f"floor:fragment={BORDER * scale:.3g}", "--size", f"fat:fragment={HOLE * scale:.3g}"] if part == "fracture" else []
     call("mesh", labels_of(folder, head), "--conforming", "--rigid", "bone", "--rigid", "floor", "--rigid", "fragment", "--relation",
-         "fat:floor=slides", "--relation", "fat:fragment=slides", "--tets", TETS[head][fineness], *sizes, "--out", out, "--quiet")
+         "fat:floor=slides", "--relation", "fat:fragment=slides", "--tets", TETS[head][fineness], *sizes, "--out", out, "--replace",
+         "--quiet")
     return out
 
 

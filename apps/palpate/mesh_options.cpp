@@ -142,6 +142,7 @@ void add_mesh_options(CLI::App& app, MeshOptions& options) {
   add_value(app, "--out", "FOLDER",
             "folder for meshes and scene.json; default: INPUT-bodies, if it does not exist yet",
             [&](const std::string&, const std::string& text) { options.out = text; });
+  app.add_flag("--replace", options.replace, "write over an existing scene and its meshes");
   add_value(app, "--labels", "FILE", "names and colours: a color table of 3D Slicer, or labels of ITK-SNAP",
             [&](const std::string&, const std::string& text) { options.labels = text; });
   const auto keep = [](std::vector<std::string>& list) {

@@ -78,7 +78,8 @@ struct MeshOptions {
   Fineness fineness;
   Shaping shaping;
   Conformity conformity;
-  bool ras = false;  ///< meshes in RAS instead of LPS
+  bool replace = false;  ///< write over an existing scene
+  bool ras = false;      ///< meshes in RAS instead of LPS
   bool json = false;
   bool quiet = false;
 };

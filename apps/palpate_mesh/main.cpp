@@ -29,14 +29,20 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The folder for the results. The default folder must not exist yet.
+/// The folder for the results. Without `--replace` the default folder must not exist yet, and another one
+/// must hold no scene, since its user may have changed it.
 fs::path output_folder(const MeshOptions& options) {
-  if (options.out) return *options.out;
-  fs::path folder = input_name(options) + "-bodies";
+  fs::path folder = options.out.value_or(input_name(options) + "-bodies");
   std::error_code ignored;
-  if (fs::exists(folder, ignored)) {
+  if (options.replace) return folder;
+  if (!options.out && fs::exists(folder, ignored)) {
     throw BadInput(folder.string(), "", "an existing folder",
-                   "a name that does not exist yet; --out FOLDER replaces files in an existing folder");
+                   "a new name (--out), or --replace to write over its scene and meshes");
+  }
+  const fs::path scene = folder / "scene.json";
+  if (fs::exists(scene, ignored)) {
+    throw BadInput(scene.string(), "", "an existing file",
+                   "a new folder (--out), or --replace to write over the scene and its meshes");
   }
   return folder;
 }

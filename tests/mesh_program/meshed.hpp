@@ -12,7 +12,7 @@ class MeshProgram : public CommandTest {
  protected:
   /// Meshes `input` into the folder "out" and returns the report.
   [[nodiscard]] Json meshed(const std::string& input, std::vector<std::string> flags) const {
-    flags.insert(flags.begin(), {"mesh", input, "--out", "out", "--json", "--quiet"});
+    flags.insert(flags.begin(), {"mesh", input, "--out", "out", "--replace", "--json", "--quiet"});
     const Finished finished = palpate(std::move(flags));
     EXPECT_EQ(finished.exit_code, 0) << finished.err;
     return finished.exit_code == 0 ? Json::parse(finished.out) : Json();

@@ -65,7 +65,7 @@ TEST_F(MeshRefusals, CutMetaImages) {
   const TestMap map = box_map();
   const std::string voxels(map.labels.begin(), map.labels.end());
   const auto accept = [&](const std::string& name) {
-    const Finished finished = palpate({"mesh", name, "--out", "out", "--size", "3", "--quiet"});
+    const Finished finished = palpate({"mesh", name, "--out", "out", "--replace", "--size", "3", "--quiet"});
     EXPECT_EQ(finished.exit_code, 0) << name << finished.err;
   };
   const std::string whole = meta_image(map);
@@ -302,6 +302,28 @@ TEST_F(MeshRefusals, PipesAndDevices) {
   refuse({"elsewhere.nrrd"}, {"voxels.raw", "not a regular file"});
   std::filesystem::create_symlink("/dev/zero", folder_ / "zero.nii");
   refuse({"zero.nii"}, {"zero.nii", "not a regular file"});
+}
+
+TEST_F(MeshRefusals, ASceneIsNotReplacedUnasked) {
+  const std::vector<std::string> mesh{"mesh", "map.nrrd", "--size", "3", "--quiet"};
+  const auto with = [&](std::vector<std::string> flags) {
+    flags.insert(flags.begin(), mesh.begin(), mesh.end());
+    return flags;
+  };
+  std::filesystem::create_directory(folder_ / "out");
+  write("out/notes.txt", "mine");
+  output_of(with({"--out", "out"}));
+  const std::string made = read("out/scene.json");
+  write("out/scene.json", "changed");
+  expect_error(2, with({"--out", "out"}), {"out/scene.json: found an existing file", "--replace"});
+  expect_error(2, with({"--out", "out", "--conforming"}), {"out/scene.json", "--replace"});
+  EXPECT_EQ(read("out/scene.json"), "changed");
+  output_of(with({"--out", "out", "--replace"}));
+  EXPECT_EQ(read("out/scene.json"), made);
+  EXPECT_EQ(read("out/notes.txt"), "mine");
+  output_of(with({}));
+  expect_error(2, with({}), {"map-bodies: found an existing folder", "--out", "--replace"});
+  output_of(with({"--replace"}));
 }
 
 TEST_F(MeshRefusals, MeshesThatAreTooLargeFail) {

@@ -91,7 +91,7 @@ def label_descriptions(tissues: Sequence[Tissue]) -> str:
 def mesh_arguments(plan: Plan, label_map: pathlib.Path, labels: pathlib.Path, folder: pathlib.Path) -> list[str]:
     """Arguments of the command that meshes the label map; meshes are in RAS, as Slicer shows them."""
     arguments = ["mesh", str(label_map), "--conforming", "--labels", str(labels), "--space", "ras", "--json", "--quiet",
-                 "--out", str(folder)]
+                 "--out", str(folder), "--replace"]
     for tissue in plan.tissues:
         if tissue.rigid:
             arguments += ["--rigid", tissue.name]
