@@ -43,8 +43,8 @@ constexpr const char* bench_examples = R"(Examples:
 
 All but 'speed' and 'step' write report.json. All methods get the same positions, alternately. A method that finds other
 contacts ends the benchmark with an error. './dev bench --quick' runs the first three and makes one report.html with
-pictures. Ctrl-C ends 'paper' and 'scaling' after the current item and 'peers' after the current scene; report.json has
-the finished items.)";
+pictures. Ctrl-C ends 'paper' and 'scaling' after the current item, the others after the current scene; the files have
+what is finished.)";
 
 struct ReportOptions {
   fs::path out;

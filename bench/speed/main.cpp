@@ -8,8 +8,11 @@
 #include <fmt/ranges.h>
 #include <initializer_list>
 #include <optional>
+#include <stdexcept>
+#include <string>
 
 #include "exit_codes.hpp"
+#include "interrupt.hpp"
 #include "io/atomic_file.hpp"
 #include "measure/report.hpp"
 #include "messages.hpp"
@@ -32,11 +35,11 @@ constexpr const char* examples = R"(Examples:
   palpate bench speed --only step --skull ../shared/data/reference/skull_headsq --json
   palpate bench speed --only instructions               counts of valgrind: the same on a busy machine
 
-Each part writes DIR/PART.json. A ratio is how many times as long the other side takes, unless its bound is '≤';
-'must' and 'aim' are what we set out to reach. All find the same or reach the same error: else the benchmark ends
-with 1. Without --skull (hq_skull.mesh, hq_lower.mesh, hq_upper.mesh, hq_soft.mesh) and --raptors
-(raptorTetra_8418.vtu, raptorTetra_19409.vtu) the rows of these are left out. './dev bench speed' finds scenes, skull
-and raptors itself; './dev bench instructions' compares with the counts kept.)";
+Each part writes DIR/PART.json. Ctrl-C ends the benchmark after the current case. A ratio is how many times as long
+the other side takes, unless its bound is '≤'; 'must' and 'aim' are what we set out to reach. All find the same or
+reach the same error: else the benchmark ends with 1. Without --skull (hq_skull.mesh, hq_lower.mesh, hq_upper.mesh,
+hq_soft.mesh) and --raptors (raptorTetra_8418.vtu, raptorTetra_19409.vtu) the rows of these are left out. './dev
+bench speed' finds scenes, skull and raptors itself; './dev bench instructions' compares with the counts kept.)";
 
 constexpr std::array<std::string_view, 8> part_names{"query",    "handling", "threads", "movers",
                                                      "dynamics", "step",     "tissue",  "instructions"};
@@ -161,6 +164,7 @@ std::vector<Part> wanted_parts(const Options& options) {
 
 /// Measures the parts; returns what is printed.
 Json measure_parts(const Options& options) {
+  const app::InterruptFlag interrupt;
   const std::vector<Part> parts = wanted_parts(options);
   const Json begin = head();
   Json report = begin;
@@ -169,7 +173,11 @@ Json measure_parts(const Options& options) {
   io::create_folder(options.out);
   for (const Part& part : parts) {
     const fs::path file = options.out / (std::string(part.name) + ".json");
-    const Json result = run_part(part, begin, file, app::say_progress);
+    const Json result = run_part(part, begin, file, [&](const std::string& line) {
+      app::say_progress(line);
+      if (interrupt.requested())
+        throw std::runtime_error(fmt::format("interrupted; {} has the cases that are done", file.string()));
+    });
     for (const Json& row : result.at("table")) report["rows"].push_back(row);
     if (part.name == "instructions") report["instructions"] = result.at("cases");
     report["load"] = std::max(report.at("load").get<double>(), result.at("load").get<double>());

@@ -1,6 +1,7 @@
 // `palpate bench speed` in two frames of the smallest scenes: every part runs, has the same results as the
 // library it is compared with (else it exits with 1), and writes the rows that it prints. Times are not
 // tested.
+#include <csignal>
 #include <gtest/gtest.h>
 
 #include "apps/workplace.hpp"
@@ -43,6 +44,21 @@ TEST_F(BenchSpeed, QueryFindsWhatEmbreeFinds) {
   EXPECT_GE(report["rows"].size(), 4U);
   EXPECT_EQ(report["rows"][0]["table"], "detection");
   EXPECT_EQ(report["rows"][0]["work"], "contacts, stacking 10000");
+}
+
+TEST_F(BenchSpeed, AnInterruptKeepsTheCasesThatAreDone) {
+  std::vector<std::string> words = call("threads");
+  words[5] = "100";  // frames
+  Process bench(words, folder_.path());
+  wait_until([&] { return bench.handles(SIGTERM); });
+  bench.send(SIGTERM);
+  const Finished finished = bench.wait();
+  EXPECT_EQ(finished.exit_code, 1);
+  EXPECT_NE(finished.err.find("palpate: error: interrupted; out/threads.json has the cases that are done\n"),
+            std::string::npos)
+      << finished.err;
+  EXPECT_EQ(Json::parse(read("out/threads.json"))["cases"].size(), 1U);
+  EXPECT_EQ(names_in(folder_ / "out"), std::vector<std::string>{"threads.json"});
 }
 
 TEST_F(BenchSpeed, HandlingHasEdgesAndTheWhole) {
