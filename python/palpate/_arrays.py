@@ -51,8 +51,16 @@ def points(values: ArrayLike, name: str) -> Floats:
     return reals(array, name)
 
 
-def vector(values: ArrayLike, name: str) -> tuple[float, float, float]:
+def finite_vector(values: ArrayLike, name: str) -> tuple[float, float, float]:
     """Three finite numbers."""
+    found = vector(values, name)
+    if not np.isfinite(found).all():
+        raise Error(name, "", f"({', '.join(map(str, found))})", "finite numbers")
+    return found
+
+
+def vector(values: ArrayLike, name: str) -> tuple[float, float, float]:
+    """Three numbers. The compiled part checks that they are finite."""
     array = array_of(values, name)
     if array.shape != (3,):
         raise Error(name, "", f"an array of shape {array.shape}", "three numbers")

@@ -247,6 +247,8 @@ class SimulationBodies:
 
 def number_of(body: int | str, bodies: _core.Bodies, what: str) -> int:
     """The number of a body, from its name or number. Raises Error naming `what` if there is no such body."""
+    if len(bodies) == 0:
+        raise Error(what, "body", repr(body), "a body that was added: there is none yet")
     if isinstance(body, str):
         names = [bodies[number].name for number in range(len(bodies))]
         if body not in names:

@@ -109,7 +109,7 @@ class Model(_core.Model):
         axes = self._fixed_axes(fixed, len(positions))
         corners = _arrays.tets(tets, "tets")
         velocities = self._velocities(positions, corners, velocity, angular_velocity)
-        own_gravity = None if gravity is None else _arrays.vector(gravity, "gravity")
+        own_gravity = None if gravity is None else _arrays.finite_vector(gravity, "gravity")
         rigid = obstacle or motion is not None
         if rigid and velocities.any():
             raise Error("Model.add_body", "velocity", "a velocity of a rigid body", "a body that deforms: a motion moves a rigid one")
@@ -199,7 +199,7 @@ class Model(_core.Model):
         loads add up.
         """
         number = self._soft(body, "Model.load")
-        self._load(number, self._selection(number, points, "points"), _arrays.vector(force, "force"), ramp)
+        self._load(number, self._selection(number, points, "points"), _arrays.finite_vector(force, "force"), ramp)
 
     def load_surface(
         self,
@@ -218,7 +218,7 @@ class Model(_core.Model):
         """
         number = self._soft(body, "Model.load_surface")
         chosen = self._selection(number, points, "points")
-        force = _arrays.vector(traction, "traction")
+        force = _arrays.finite_vector(traction, "traction")
         if (pressure != 0.0) == any(force):
             raise Error("Model.load_surface", "", "both pressure and traction" if pressure != 0.0 else "neither pressure nor traction",
                         "exactly one of the two")
@@ -229,7 +229,7 @@ class Model(_core.Model):
         becomes one of Simulation.grabs.
         """
         number = self._soft(body, "Model.grab")
-        self._grab(number, point, _arrays.vector(target, "target"), stiffness)
+        self._grab(number, point, _arrays.finite_vector(target, "target"), stiffness)
 
     def _soft(self, body: int | str, what: str) -> int:
         """The number of a body that deforms."""

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
+import math
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from . import _core
@@ -47,11 +48,27 @@ def _plain(value: Any) -> Any:
     raise TypeError(f"{type(value).__name__} cannot be a value of a scene")
 
 
+def _not_finite(value: Any, place: str = "") -> tuple[str, float] | None:
+    """The first number that is not finite, and the path of its key: "bodies[0].material.density"."""
+    value = value.tolist() if hasattr(value, "tolist") else value
+    if isinstance(value, float) and not math.isfinite(value):
+        return place, value
+    items: Iterable[tuple[str, Any]] = ()
+    if isinstance(value, Mapping):
+        items = ((f"{place}.{key}".lstrip("."), item) for key, item in value.items())
+    elif isinstance(value, (list, tuple)):
+        items = ((f"{place}[{number}]", item) for number, item in enumerate(value))
+    return next((found for key, item in items if (found := _not_finite(item, key)) is not None), None)
+
+
 def scene_text(scene: Mapping[str, Any], source: str) -> str:
     """A scene as text."""
     try:
         return json.dumps(scene, default=_plain, allow_nan=False)
     except (TypeError, ValueError) as error:
+        wrong = _not_finite(scene) if "not JSON compliant" in str(error) else None
+        if wrong is not None:
+            raise Error(source, wrong[0], str(wrong[1]), "a finite number") from None
         raise Error(source, "", str(error), "text, finite numbers, lists and mappings of them") from None
 
 

@@ -1,6 +1,7 @@
 #include "model.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include <palpate/error.hpp>
@@ -56,6 +57,7 @@ Index Model::add_body(TetMesh mesh, BodyOptions options) {
     throw Error("Model.add_body", "fixed", std::to_string(options.fixed.size()) + " flags",
                 std::to_string(n_points));
   }
+  check_name(data_.bodies, options.name, "Model.add_body");
   if (!rigid && !options.material) {
     throw Error("Model.add_body", "material", "none",
                 "the material of a body that is neither an obstacle nor has a motion");
@@ -195,6 +197,8 @@ void Model::load(Index body, std::span<const Index> points, const Vec3& force, s
 
 void Model::load_surface(Index body, std::span<const Index> points, SurfaceLoad load) {
   const Body& loaded = body_at(body, "Model.load_surface");
+  if (!std::isfinite(load.pressure))
+    throw Error("Model.load_surface", "pressure", std::to_string(load.pressure), "a finite number");
   std::vector<std::uint8_t> chosen(static_cast<std::size_t>(loaded.points.size()), 0);
   for (const Index point : points) {
     static_cast<void>(point_at(loaded, point, "Model.load_surface"));

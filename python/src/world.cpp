@@ -13,6 +13,7 @@ namespace palpate::python {
 
 Index World::add(std::string name, TetMesh mesh, bool movable, bool self_collision) {
   const Busy::Use use(busy_, "World.add");
+  check_name(*bodies_, name, "World.add");
   const std::vector<Tet> given = mesh.tets;
   // Arrays that Python still holds keep their bodies alive, so bodies are copied then.
   auto bodies = bodies_.use_count() == 1 && !detector_ ? bodies_ : std::make_shared<Bodies>(*bodies_);
@@ -103,6 +104,13 @@ Crossings crossings_of(const Detector& detector) {
     result.parameter.push_back(crossing.parameter);
   }
   return result;
+}
+
+void check_name(const Bodies& bodies, const std::string& name, const char* what) {
+  if (name.empty()) throw Error(what, "name", "an empty text", "a text that is not empty");
+  if (name.find('\0') != std::string::npos) throw Error(what, "name", "a NUL character", "a text without it");
+  if (std::ranges::find(bodies.bodies(), name, &Body::name) != bodies.bodies().end())
+    throw Error(what, "name", "'" + name + "' for the second time", "a name that no other body has");
 }
 
 std::vector<std::uint8_t> reoriented_tets(std::span<const Tet> given, const Bodies& bodies, Index body) {

@@ -61,6 +61,9 @@ class World {
   Busy busy_;
 };
 
+/// Throws Error unless a name is not empty, has no NUL character and is that of no other body.
+void check_name(const Bodies& bodies, const std::string& name, const char* what);
+
 /// For each tet of a body, whether the order of its corners differs from the given mesh.
 std::vector<std::uint8_t> reoriented_tets(std::span<const Tet> given, const Bodies& bodies, Index body);
 

@@ -246,3 +246,44 @@ def test_errors_of_callers_pass():
         SIMULATION.run(1, callback=lambda s: Broken()[0])
     with pytest.raises(KeyError):
         SIMULATION.bodies["nobody"]
+
+
+def test_numbers_of_models_are_finite():
+    model = a_model()
+    for wrong, message in [(lambda: model.load(0, ALL, (np.nan, 0, 0)), "force: found .nan"),
+                           (lambda: model.load_surface(0, ALL, traction=(0, np.inf, 0)), "traction: found .0.0, inf"),
+                           (lambda: model.load_surface(0, ALL, pressure=np.float32(np.nan)), "pressure: found nan"),
+                           (lambda: model.grab(0, 0, (0, 0, np.nan), 1.0), "target: found "),
+                           (lambda: model.add_body(POINTS, TETS, material=TISSUE, gravity=(0, 0, np.inf)), "gravity: found ")]:
+        with pytest.raises(palpate.Error, match=message):
+            wrong()
+    assert len(model.bodies) == 2, "what is refused adds no body"
+
+
+def test_names_of_bodies_are_as_in_scenes():
+    """Not empty, no NUL, each once; those that are given for None, too."""
+    world, model = palpate.World(), palpate.Model()
+    for owner, add in [("World.add", lambda name: world.add(POINTS, TETS, name=name)),
+                       ("Model.add_body", lambda name: model.add_body(POINTS, TETS, name=name, obstacle=True))]:
+        assert add("liver") == 0
+        for name, message in [("liver", "'liver' for the second time"), ("", "an empty text"), ("a\0b", "a NUL character")]:
+            with pytest.raises(palpate.Error, match=f"{owner}: name: found {message}"):
+                add(name)
+        assert add(None) == 1 and add("body 3") == 2
+        with pytest.raises(palpate.Error, match="'body 3' for the second time"):
+            add(None)
+    assert [len(owner.bodies) for owner in (world, model)] == [3, 3]
+
+
+def test_a_model_without_bodies_says_so():
+    for wrong in [lambda: palpate.Model().load_surface(0, ALL, pressure=1.0), lambda: palpate.Model().load("a", ALL, ABOUT)]:
+        with pytest.raises(palpate.Error, match="there is none yet"):
+            wrong()
+
+
+def test_values_of_scenes_that_are_not_finite_are_named():
+    box = {"box": {"cells": [1, 1, 1], "size": [1, 1, np.float64(np.inf)]}, "material": {"density": np.nan}}
+    for scene, message in [({"bodies": [box]}, r"bodies\[0\].box.size\[2\]: found inf, expected a finite number"),
+                           ({"gravity": np.array([0, 0, np.nan]), "bodies": []}, r"gravity\[2\]: found nan")]:
+        with pytest.raises(palpate.Error, match=message):
+            palpate.Simulation(scene)
