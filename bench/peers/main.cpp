@@ -6,6 +6,8 @@
 #include <filesystem>
 #include <fmt/format.h>
 #include <optional>
+#include <system_error>
+#include <unistd.h>
 
 #include "exit_codes.hpp"
 #include "interrupt.hpp"
@@ -61,7 +63,14 @@ void add_options(CLI::App& app, Options& options) {
   app::add_json(app, options.json, "print report.json");
 }
 
+void check_python(const fs::path& python) {
+  std::error_code ignored;
+  if (python.empty() || (fs::is_regular_file(python, ignored) && ::access(python.c_str(), X_OK) == 0)) return;
+  throw app::BadInput("--python", "", "'" + python.string() + "'", "the path of a Python that can be run");
+}
+
 int measure_peers(const Options& options) {
+  check_python(options.python);
   PeersEffort effort = options.full ? full_effort() : quick_effort();
   // The pile has 82240.
   std::erase_if(effort.heats, [&](const Heat& heat) {
