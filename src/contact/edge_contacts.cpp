@@ -18,8 +18,7 @@ constexpr std::size_t edge_grain = 32;
 
 }  // namespace
 
-EdgeContactQuery::EdgeContactQuery(const Bodies& bodies, bool keeps_lists)
-    : query_(bodies, keeps_lists) {
+EdgeContactQuery::EdgeContactQuery(const Bodies& bodies, bool keeps_lists) : query_(bodies, keeps_lists) {
   for (Index b = 0; b < bodies.body_count(); ++b) slack_.push_back(rim_reach(bodies, b));
 }
 

@@ -268,16 +268,16 @@ void BlockMatrix::assemble(const parallel::Threads& threads, std::span<const dou
                                   .masses = masses_.data(),
                                   .mixed = mixed_};
   float* values = slots_.empty() ? nullptr : slots_.front().values.data();
-  parallel::for_chunks(threads, slice_count(), block_slice_grain,
-                       [&](std::size_t begin, std::size_t end, std::size_t) {
-                         const std::size_t full = std::clamp(first_tangent_slice_, begin, end);
-                         simd::assemble_slices(rows, values, diagonal_blocks_.data(), begin, full);
-                         if (!elements_->tense().all().empty()) {
-                           for (std::size_t row = simd::slice_rows * begin; row < simd::slice_rows * full; ++row)
-                             add_tension(row);
-                         }
-                         assemble_tangent(full, end);
-                       });
+  parallel::for_chunks(
+      threads, slice_count(), block_slice_grain, [&](std::size_t begin, std::size_t end, std::size_t) {
+        const std::size_t full = std::clamp(first_tangent_slice_, begin, end);
+        simd::assemble_slices(rows, values, diagonal_blocks_.data(), begin, full);
+        if (!elements_->tense().all().empty()) {
+          for (std::size_t row = simd::slice_rows * begin; row < simd::slice_rows * full; ++row)
+            add_tension(row);
+        }
+        assemble_tangent(full, end);
+      });
 }
 
 /// Adds the geometric stiffness of the elements at the point of a row, elements ascending; (i, j) and (j, i)
@@ -307,8 +307,7 @@ void BlockMatrix::add_tension(std::size_t row) {
       const Matrix3 block = own < j ? above : transposed(above);
       const auto column = static_cast<std::uint32_t>(at(corners, j));
       const auto place = std::ranges::lower_bound(own_columns, column) - own_columns.begin();
-      const std::uint32_t slot =
-          slot_of_column_[at(column_begin_, point) + static_cast<std::size_t>(place)];
+      const std::uint32_t slot = slot_of_column_[at(column_begin_, point) + static_cast<std::size_t>(place)];
       for (std::size_t k = 0; k < 9; ++k)
         add(&slots_[slot].values[simd::slice_rows * k + lane], block.values[k]);
     }

@@ -196,7 +196,8 @@ class Elements {
   /// those with tangent blocks includes it.
   [[nodiscard]] const TenseElements& tense() const { return tense_; }
   /// Sets the viscosity of the elements for steps of this length: the stiffness of all, and the stresses of
-  /// those that are not smoothed. And which elements are tense(). Forces use it after set_time_step() or find_history(), and update().
+  /// those that are not smoothed. And which elements are tense(). Forces use it after set_time_step() or
+  /// find_history(), and update().
   [[nodiscard]] const ViscousElements& viscosity() const { return viscosity_; }
   [[nodiscard]] bool is_viscous() const;
   void set_time_step(double time_step);

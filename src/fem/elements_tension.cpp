@@ -42,7 +42,8 @@ void Elements::add_tension_blocks(std::size_t element, const SymmetricMatrix3& q
   for (int i = 0; i < 3; ++i) {
     for (int j = i + 1; j < 4; ++j) {
       const Matrix3 block = geometric_block(q, gradient(e, i), gradient(e, j));
-      for (std::size_t k = 0; k < 9; ++k) blocks[block_place(i, j) + k] += static_cast<float>(block.values[k]);
+      for (std::size_t k = 0; k < 9; ++k)
+        blocks[block_place(i, j) + k] += static_cast<float>(block.values[k]);
     }
   }
 }

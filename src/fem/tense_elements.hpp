@@ -28,8 +28,9 @@ std::vector<double> tissue_thickness(const Bodies& bodies);
 /// s h > 2.3 d sqrt(E rho). So elements with s h above d sqrt(E rho) get their geometric stiffness
 ///   G_ij = V/2 [R g_i]_x^T M [R g_j]_x,  M = (tr(S) I - S) / 2 without negative eigenvalues,
 /// with the stress S = P R^T. The exact M has the pairs (S_a + S_b) / (s_a + s_b) of principal stresses and
-/// stretches (the derivative of R, as by Barbic, "Exact corotational linear FEM stiffness matrix", 2012); here
-/// the stretches are 1. All other elements have K' alone: it never acts against a rotation, and costs less.
+/// stretches (the derivative of R, as by Barbic, "Exact corotational linear FEM stiffness matrix", 2012);
+/// here the stretches are 1. All other elements have K' alone: it never acts against a rotation, and costs
+/// less.
 class TenseElements {
  public:
   /// An element with geometric stiffness. Its blocks, with the factor of the element, are [a_i]_x^T Q [a_j]_x
