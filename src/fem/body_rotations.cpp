@@ -131,12 +131,22 @@ RigidMotion BodyRotations::rigid_motion(std::size_t body, std::span<const Vec3> 
     const Vec3 arm = at(positions, i) - motion.center;
     const Vec3 velocity = at(velocities, i) - motion.velocity;
     motion.momentum += m * cross(arm, velocity);
+    motion.deformation[0] += m * arm.x * velocity;
+    motion.deformation[1] += m * arm.y * velocity;
+    motion.deformation[2] += m * arm.z * velocity;
     motion.energy += 0.5 * m * squared_length(velocity);
     motion.whole_energy += 0.5 * m * squared_length(at(velocities, i));
     add_outer(inertia, -m, arm, arm);
     for (int k = 0; k < 3; ++k) inertia(k, k) += m * squared_length(arm);
   }
   motion.inverse_inertia = inverse(inertia);
+  const Vec3 angular_velocity = motion.angular_velocity();
+  const double half_trace = 0.5 * trace(inertia);
+  for (int k = 0; k < 3; ++k) {
+    Vec3 second_moment = -row(inertia, k);  // sum of m r_k r
+    (k == 0 ? second_moment.x : k == 1 ? second_moment.y : second_moment.z) += half_trace;
+    at(motion.deformation, k) -= cross(angular_velocity, second_moment);
+  }
   return motion;
 }
 
@@ -180,13 +190,21 @@ void BodyRotations::set_frame(std::size_t body, const Vec3& angle, const Vec3& m
     return turned(rotation, start.inverse_inertia, of_momentum);
   };
   const Vec3 angular_velocity = rotated_by(momentum);
+  // The angular momentum of a step without forces: that of the rigid motion, and of the deformation.
+  Vec3 at_end = rotated(rotation, start.momentum);
+  constexpr std::array<Vec3, 3> axes{Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vec3& deformation = start.deformation[k];
+    at_end += cross(rotated(rotation, axes[k]), deformation) +
+              time_step_ * cross(deformation, rotated(rotation, cross(start.angular_velocity(), axes[k])));
+  }
   frames_[body] = {.center = start.center,
                    .velocity = start.velocity,
                    .angle = angle,
                    .rotation = rotation,
                    .angular_velocity = angular_velocity,
                    .angular_acceleration = rotated_by(cross(momentum, angular_velocity)),
-                   .correction = rotated_by(start.momentum - rotated(rotation, start.momentum))};
+                   .correction = rotated_by(start.momentum - at_end)};
 }
 
 void BodyRotations::begin(const parallel::Threads& threads, std::span<const Vec3> positions,

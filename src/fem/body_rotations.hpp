@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -20,6 +21,9 @@ struct RigidMotion {
   Vec3 momentum{};    ///< angular, about the centre
   Matrix3 inertia{};  ///< about the centre
   Matrix3 inverse_inertia{};
+  /// Sum of m r_k d over the points for each axis k, with r from the centre and d the velocity beyond the
+  /// rigid motion.
+  std::array<Vec3, 3> deformation{};
   double energy = 0.0;        ///< kinetic, of the motion about the centre, J
   double whole_energy = 0.0;  ///< kinetic, J
   [[nodiscard]] Vec3 angular_velocity() const { return inverse_inertia * momentum; }
@@ -115,7 +119,9 @@ class BodyRotations {
     Vec3 angular_velocity{};      ///< at the end of the step
     Vec3 angular_acceleration{};  ///< at the end of the step, of a rigid body without torque (Euler's
                                   ///< equations)
-    Vec3 correction{};  ///< angular velocity that restores the angular momentum, which Q rotates too
+    /// Angular velocity that restores the angular momentum at the end of a step without forces: Q rotates
+    /// it, and the body deforms.
+    Vec3 correction{};
   };
   /// A change of a frame.
   struct Turn {

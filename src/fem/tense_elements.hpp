@@ -25,7 +25,8 @@ std::vector<double> tissue_thickness(const Bodies& bodies);
 /// only by bending, then gains energy if
 ///   h^2 s k^2 / rho > 4 (1 + h^2 E d^2 k^4 / (12 rho)),
 /// with the tension s and the thickness d (von Neumann's condition; bending of a plate). There is such a k if
-/// s h > 2.3 d sqrt(E rho). So elements with s h above d sqrt(E rho) get their geometric stiffness
+/// s h > 2.3 d sqrt(E rho). So elements whose largest sum of two principal stresses is above
+/// d sqrt(E rho) / h get their geometric stiffness
 ///   G_ij = V/2 [R g_i]_x^T M [R g_j]_x,  M = (tr(S) I - S) / 2 without negative eigenvalues,
 /// with the stress S = P R^T. The exact M has the pairs (S_a + S_b) / (s_a + s_b) of principal stresses and
 /// stretches (the derivative of R, as by Barbic, "Exact corotational linear FEM stiffness matrix", 2012);
