@@ -44,6 +44,11 @@ Vec3 rotation_vector(const Quaternion& q) {
   return ((q.scalar < 0.0 ? -2.0 : 2.0) * half / sine) * q.vector;
 }
 
+/// All of the Coriolis force up to half a radian, none from one on.
+double coriolis_fraction(double angle) {
+  return std::clamp(2.0 * (1.0 - angle), 0.0, 1.0);
+}
+
 /// The rotation vector of a rigid body without torque over a step. A body with the middle principal moment of
 /// inertia about all axes rotates about the angular momentum. The rest of the motion is made of short
 /// rotations about the two other principal axes, one after the other (Dullweber, Leimkuhler & McLachlan, J.
@@ -190,11 +195,12 @@ void BodyRotations::set_frame(std::size_t body, const Vec3& angle, const Vec3& m
     return turned(rotation, start.inverse_inertia, of_momentum);
   };
   const Vec3 angular_velocity = rotated_by(momentum);
+  const double coriolis = coriolis_fraction(length(angle));
   // The angular momentum of a step without forces: that of the rigid motion, and of the deformation.
   Vec3 at_end = rotated(rotation, start.momentum);
   constexpr std::array<Vec3, 3> axes{Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}};
   for (std::size_t k = 0; k < 3; ++k) {
-    const Vec3& deformation = start.deformation[k];
+    const Vec3 deformation = coriolis * start.deformation[k];
     at_end += cross(rotated(rotation, axes[k]), deformation) +
               time_step_ * cross(deformation, rotated(rotation, cross(start.angular_velocity(), axes[k])));
   }
@@ -204,7 +210,8 @@ void BodyRotations::set_frame(std::size_t body, const Vec3& angle, const Vec3& m
                    .rotation = rotation,
                    .angular_velocity = angular_velocity,
                    .angular_acceleration = rotated_by(cross(momentum, angular_velocity)),
-                   .correction = rotated_by(start.momentum - at_end)};
+                   .correction = rotated_by(start.momentum - at_end),
+                   .coriolis = coriolis};
 }
 
 void BodyRotations::begin(const parallel::Threads& threads, std::span<const Vec3> positions,
@@ -360,8 +367,9 @@ Vec3 BodyRotations::free_velocity(Index body, const Vec3& position, const Vec3& 
   if (frame.angle == Vec3{}) return velocity;
   const Vec3 arm = position - frame.center;
   const Vec3 rigid = cross(at(starts_, body).angular_velocity(), arm);
-  const Vec3 deformation = velocity - frame.velocity - rigid;  // turned back by the Coriolis force
-  const Vec3 velocity_end = frame.velocity + rotated(frame.rotation, rigid) + deformation +
+  const Vec3 deformation = velocity - frame.velocity - rigid;
+  const Vec3 turns = rigid + (1.0 - frame.coriolis) * deformation;
+  const Vec3 velocity_end = frame.velocity + rotated(frame.rotation, turns) + frame.coriolis * deformation +
                             cross(frame.correction, rotated(frame.rotation, arm));
   return velocity_end + excess_velocity(body, position);
 }

@@ -122,6 +122,9 @@ class BodyRotations {
     /// Angular velocity that restores the angular momentum at the end of a step without forces: Q rotates
     /// it, and the body deforms.
     Vec3 correction{};
+    /// Fraction of the Coriolis force, which turns the velocity of the deformation back against Q. 0 for
+    /// large angles, where it would be far from that of the middle of the step.
+    double coriolis = 0.0;
   };
   /// A change of a frame.
   struct Turn {

@@ -10,6 +10,9 @@
 namespace palpate::fem {
 namespace {
 
+/// Tension at which geometric stiffness begins, over d sqrt(E rho) / h; see the class.
+constexpr double onset_of_tension = 2.0;
+
 /// Number of edges between each point and the nearest surface point; -1 for points without tets. `order`:
 /// points of tets, from the surface inwards.
 std::vector<Index> levels_below_surface(const Bodies& bodies, std::vector<Index>& order) {
@@ -69,7 +72,7 @@ void TenseElements::add(double thickness, const Material& material, double volum
   const double nu = material.poisson_ratio;
   const double mu = material.young_modulus / (2.0 * (1.0 + nu));
   const double bulk = material.young_modulus / (1.0 - 2.0 * nu);  // 2 mu + 3 lambda
-  scale_.push_back(thickness * std::sqrt(material.young_modulus * material.density));
+  scale_.push_back(onset_of_tension * thickness * std::sqrt(material.young_modulus * material.density));
   stiffness_.push_back(8.0 * bulk / volume);
   mu_.push_back(mu);
   least_energy_.push_back(std::numeric_limits<double>::infinity());
@@ -91,8 +94,10 @@ void TenseElements::add_if_tense(std::size_t element, const SymmetricMatrix3& st
   const double trace = stress.xx + stress.yy + stress.zz;
   const SymmetricEigen pairs =
       symmetric_eigen(SymmetricMatrix3{trace, trace, trace, 0.0, 0.0, 0.0} + -1.0 * stress);
-  if (!(pairs.values.x * time_step_ > scale_[element])) return;
-  tense.push_back({static_cast<Index>(element), 1.0 / (4.0 * mu_[element]) * positive_part(pairs)});
+  const double excess = pairs.values.x * time_step_ / scale_[element] - 1.0;
+  if (!(excess > 0.0)) return;
+  const double onset = std::min(1.0, excess);
+  tense.push_back({static_cast<Index>(element), onset / (4.0 * mu_[element]) * positive_part(pairs)});
 }
 
 void TenseElements::take(const parallel::Threads& threads, parallel::ChunkedList<Tense>& lists) {

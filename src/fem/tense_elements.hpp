@@ -25,8 +25,8 @@ std::vector<double> tissue_thickness(const Bodies& bodies);
 /// only by bending, then gains energy if
 ///   h^2 s k^2 / rho > 4 (1 + h^2 E d^2 k^4 / (12 rho)),
 /// with the tension s and the thickness d (von Neumann's condition; bending of a plate). There is such a k if
-/// s h > 2.3 d sqrt(E rho). So elements whose largest sum of two principal stresses is above
-/// d sqrt(E rho) / h get their geometric stiffness
+/// s h > 2.3 d sqrt(E rho). So from s h = 2 d sqrt(E rho) on, with the largest sum s of two principal
+/// stresses, elements get a part of their geometric stiffness, and all of it from twice as much on:
 ///   G_ij = V/2 [R g_i]_x^T M [R g_j]_x,  M = (tr(S) I - S) / 2 without negative eigenvalues,
 /// with the stress S = P R^T. The exact M has the pairs (S_a + S_b) / (s_a + s_b) of principal stresses and
 /// stretches (the derivative of R, as by Barbic, "Exact corotational linear FEM stiffness matrix", 2012);
@@ -62,7 +62,7 @@ class TenseElements {
   [[nodiscard]] const Tense* find(Index element) const;
 
  private:
-  std::vector<double> scale_;         ///< (n_elements) d sqrt(E rho)
+  std::vector<double> scale_;         ///< (n_elements) 2 d sqrt(E rho)
   std::vector<double> stiffness_;     ///< (n_elements) 2 mu + 3 lambda times 8 / volume
   std::vector<double> mu_;            ///< (n_elements)
   std::vector<double> least_energy_;  ///< (n_elements) energy below which no element is tense
