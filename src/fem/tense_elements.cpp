@@ -11,7 +11,7 @@ namespace palpate::fem {
 namespace {
 
 /// Tension at which geometric stiffness begins, over d sqrt(E rho) / h; see the class.
-constexpr double onset_of_tension = 2.0;
+constexpr double onset_of_tension = 3.4;
 
 /// Number of edges between each point and the nearest surface point; -1 for points without tets. `order`:
 /// points of tets, from the surface inwards.

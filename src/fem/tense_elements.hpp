@@ -24,9 +24,10 @@ std::vector<double> tissue_thickness(const Bodies& bodies);
 /// step takes the force across a stretched strap from its start. A vibration of wave number k, which K' damps
 /// only by bending, then gains energy if
 ///   h^2 s k^2 / rho > 4 (1 + h^2 E d^2 k^4 / (12 rho)),
-/// with the tension s and the thickness d (von Neumann's condition; bending of a plate). There is such a k if
-/// s h > 2.3 d sqrt(E rho). So from s h = 2 d sqrt(E rho) on, with the largest sum s of two principal
-/// stresses, elements get a part of their geometric stiffness, and all of it from twice as much on:
+/// with the tension s and the thickness d (von Neumann's condition; bending of a plate). There is such a k
+/// if s h > 2.3 d sqrt(E rho). The thickness is measured by least heights of tets, which are about 0.6 to
+/// 0.7 of a layer. So from s h = 3.4 d sqrt(E rho) on, with the largest sum s of two principal stresses,
+/// elements get a part of their geometric stiffness, and all of it from twice as much on:
 ///   G_ij = V/2 [R g_i]_x^T M [R g_j]_x,  M = (tr(S) I - S) / 2 without negative eigenvalues,
 /// with the stress S = P R^T. The exact M has the pairs (S_a + S_b) / (s_a + s_b) of principal stresses and
 /// stretches (the derivative of R, as by Barbic, "Exact corotational linear FEM stiffness matrix", 2012);
@@ -62,7 +63,7 @@ class TenseElements {
   [[nodiscard]] const Tense* find(Index element) const;
 
  private:
-  std::vector<double> scale_;         ///< (n_elements) 2 d sqrt(E rho)
+  std::vector<double> scale_;         ///< (n_elements) 3.4 d sqrt(E rho)
   std::vector<double> stiffness_;     ///< (n_elements) 2 mu + 3 lambda times 8 / volume
   std::vector<double> mu_;            ///< (n_elements)
   std::vector<double> least_energy_;  ///< (n_elements) energy below which no element is tense
