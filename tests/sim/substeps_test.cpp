@@ -53,7 +53,7 @@ void turn(Simulation& simulation, double angular_acceleration) {
 
 /// In these shots a small body hits another one and rotates by more than a radian in a step.
 TEST(Substeps, ShotsConvergeThatDoNotInWholeSteps) {
-  for (const std::uint64_t seed : {67U, 131U, 947U, 3692U, 3000711U, 3000051U, 3000907U, 3002193U}) {
+  for (const std::uint64_t seed : {67U, 131U, 947U, 3692U, 3000711U, 1444U, 3186U, 3002193U}) {
     Simulation whole = shot_simulation(seed, 1);
     Simulation divided = shot_simulation(seed, 4);
     const int steps = test::random_shot(seed).steps;
