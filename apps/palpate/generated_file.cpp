@@ -55,7 +55,7 @@ void write_mesh(const fs::path& path, const TetMesh& mesh) {
 }
 
 fs::path write_generated(const GeneratedFile& file, const std::function<std::string()>& make) {
-  const fs::path path = file.path();
+  fs::path path = file.path();
   const InterruptFlag interrupt;
   const std::string text = as_input(make);
   stop_if_interrupted(interrupt, nothing_written);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <ranges>
 
 #include "fem/symmetric_eigen.hpp"
 #include "geometry/vector.hpp"
@@ -52,11 +53,11 @@ std::vector<double> tissue_thickness(const Bodies& bodies) {
   std::vector<Index> order;
   const std::vector<Index> level = levels_below_surface(bodies, order);
   std::vector<Index> innermost = level;
-  for (auto point = order.rbegin(); point != order.rend(); ++point) {
-    for (const Index edge : bodies.point_edges()[*point]) {
-      const Index other = bodies.other_end(edge, *point);
-      if (at(level, other) > at(level, *point))
-        at(innermost, *point) = std::max(at(innermost, *point), at(innermost, other));
+  for (const Index point : std::views::reverse(order)) {
+    for (const Index edge : bodies.point_edges()[point]) {
+      const Index other = bodies.other_end(edge, point);
+      if (at(level, other) > at(level, point))
+        at(innermost, point) = std::max(at(innermost, point), at(innermost, other));
     }
   }
   std::vector<double> thickness;
