@@ -60,9 +60,10 @@ class BodyRotations {
   /// body gets a frame only if its motion is mostly a rotation and its expansion would store more than 1e-3
   /// of its kinetic energy. Blocks that rock a little in a pile do not need one. A body whose matrix has
   /// the derivative of its forces by rotations gets a frame for any angle above 1e-3 rad: a step at fixed
-  /// axes takes a fraction of about the square of the angle from its energy of rotation. O(n_points). \param
-  /// positions, velocities  (n_points x 3) at the start \param nonlinear  (n_bodies) 1: its matrix has that
-  /// derivative; or empty: none has
+  /// axes takes a fraction of about the square of the angle from its energy of rotation. O(n_points).
+  ///
+  /// \param positions, velocities  (n_points x 3) at the start
+  /// \param nonlinear              (n_bodies) 1: its matrix has that derivative; or empty: none has
   void begin(const parallel::Threads& threads, std::span<const Vec3> positions,
              std::span<const Vec3> velocities, double time_step,
              std::span<const std::uint8_t> nonlinear = {});

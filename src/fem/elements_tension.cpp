@@ -21,13 +21,8 @@ void Elements::add_tension(std::size_t element, const double* forces,
   };
   const auto e = static_cast<Index>(element);
   const Matrix3 to_corners = inverse(from_rows(gradient(e, 1), gradient(e, 2), gradient(e, 3)));
-  const Matrix3 stress_rows = from_rows(force(1), force(2), force(3));
-  Matrix3 stress;  // transposed
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) {
-      for (int k = 0; k < 3; ++k) stress(i, j) += to_corners(i, k) * stress_rows(k, j);
-    }
-  }
+  const Matrix3 forces_by_axis = transposed(from_rows(force(1), force(2), force(3)));
+  const Matrix3 stress = times_transposed(to_corners, forces_by_axis);  // transposed; without the factor
   const double scale = std::sqrt(factor_[element] * stiffness_[element]) / volume_[element];
   const std::size_t before = tense.size();
   tense_.add_if_tense(element, -scale * symmetric_part(stress), tense);

@@ -97,6 +97,7 @@ TEST(TenseElements, TheMatrixAndItsExactProductsAgree) {
   const std::size_t n = bar.positions.size();
   BlockMatrix matrix(bar.elements, std::vector<std::uint8_t>(n, 1));
   bar.elements.update(one_thread, bar.positions);
+  ASSERT_FALSE(bar.elements.tense().all().empty());
   matrix.assemble(one_thread, std::vector<double>(n, 1.0));
   const std::vector<Vec3> directions = directions_of(bar);
   const std::vector<Vec3> exact = unpadded(bar.elements.multiply(one_thread, padded(directions)));
