@@ -7,6 +7,8 @@
 #include <cstddef>
 #include <limits>
 
+#include "geometry/predicates.hpp"
+
 namespace palpate {
 
 Vec3 nearest_on_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
@@ -144,6 +146,22 @@ double ExitSearch::distance_to_side(const Bodies& bodies, std::span<const Vec3> 
         nearest = std::min(nearest, distance + farther);
       });
   return nearest;
+}
+
+Index ExitSearch::tet_of(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
+                         const Vec3& x) {
+  const double most = length(x - p);
+  const ExitAhead ahead = exit_ahead(bodies, positions, tet, p, normalized(x - p), most);
+  if (!ahead.leaves() && ahead.tet >= 0) return ahead.tet;
+  walk(
+      bodies, positions, tet, x, -1, [&] { return most; }, [](const Vec3&) { return false; },
+      [](Index, std::size_t, const Vec3&, double) {});
+  const auto found = std::ranges::find_if(reached_, [&](Index t) {
+    const Tet& corners = at(bodies.tets(), t);
+    return point_in_tet(x, at(positions, corners[0]), at(positions, corners[1]), at(positions, corners[2]),
+                        at(positions, corners[3]));
+  });
+  return found == reached_.end() ? -1 : *found;
 }
 
 bool ExitSearch::stays_clear(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,

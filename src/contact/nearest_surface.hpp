@@ -88,6 +88,12 @@ class ExitSearch {
                                  const Vec3& p, const Vec3& direction, double radius, double moved,
                                  double rotated);
 
+  /// The tet that contains x, found from p, a point in `tet`, also where the straight line between them
+  /// leaves the body; -1 if no way within the distance of p around x leads to it. O(tets on the line, or
+  /// within this distance).
+  [[nodiscard]] Index tet_of(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
+                             const Vec3& x);
+
   /// Calls found(tet, opposite, nearest point, distance) for each surface face within `radius` of p that the
   /// walk reaches. O(tets within the radius).
   template <class Found>

@@ -94,14 +94,13 @@ bool RimEdgeSearch::find_link(const Frame& frame, const EdgeLine& line, RimEdge&
   const Contacts& contacts = frame.table.contacts();
   const Vec3 from = moved_inwards(frame, found.contacts[0]);
   const Vec3 to = moved_inwards(frame, found.contacts[1]);
-  const double half = 0.5 * length(to - from);
-  const ExitAhead ahead = exit_ahead(frame.bodies, frame.positions, at(contacts.tet, found.contacts[0]), from,
-                                     normalized(to - from), half);
-  if (ahead.leaves() || ahead.tet < 0) return false;
   const Vec3 middle = 0.5 * (from + to);
+  const Index tet =
+      faces_.tet_of(frame.bodies, frame.positions, at(contacts.tet, found.contacts[0]), from, middle);
+  if (tet < 0) return false;
   const auto across = [&](const Vec3& normal) { return normalized(normal - dot(normal, line.d) * line.d); };
-  const SurfacePoint face = faces_.nearest_of(
-      frame.bodies, frame.positions, ahead.tet, middle, frame.reach, [&](const Vec3& normal) {
+  const SurfacePoint face =
+      faces_.nearest_of(frame.bodies, frame.positions, tet, middle, frame.reach, [&](const Vec3& normal) {
         constexpr double clearly = 0.5;  // not almost parallel to the edge
         const Vec3 direction = across(normal);
         return dot(direction, normal) > clearly * length(normal) && line.allowance(direction) == 0.0;
@@ -126,11 +125,10 @@ bool RimEdgeSearch::find_inset(const Frame& frame, Index c, Index edge, double w
   const EdgeLine line = line_of(frame, c, edge);
   found.parameter = at(contacts.point, c) == line.ends[0] ? 1.0 - Inset::beside : Inset::beside;
   const Vec3 x = line.x + found.parameter * (at(frame.positions, line.ends[1]) - line.x);
-  const Vec3 from = moved_inwards(frame, c);
-  const ExitAhead ahead = exit_ahead(frame.bodies, frame.positions, at(contacts.tet, c), from,
-                                     normalized(x - from), length(x - from));
-  if (ahead.leaves() || ahead.tet < 0) return false;
-  const SurfacePoint face = faces_.nearest(frame.bodies, frame.positions, ahead.tet, x, -1, frame.reach, 0.0);
+  const Index tet =
+      faces_.tet_of(frame.bodies, frame.positions, at(contacts.tet, c), moved_inwards(frame, c), x);
+  if (tet < 0) return false;
+  const SurfacePoint face = faces_.nearest(frame.bodies, frame.positions, tet, x, -1, frame.reach, 0.0);
   if (face.outward == Vec3{}) return false;
   found.triangle = frame.bodies.triangle_of_face(face.tet, face.opposite);
   for (const Index corner : at(frame.bodies.triangles(), found.triangle))  // of the same body, at the edge
@@ -143,8 +141,7 @@ bool RimEdgeSearch::find_inset(const Frame& frame, Index c, Index edge, double w
   found.scale =
       std::clamp(std::min(like_contact / (surely_alike - alike), away / (surely - clearly)), 0.0, 1.0);
   if (!(found.depth > 0.0 && found.scale > 0.0)) return false;
-  found.scale *=
-      rims.fading_scale(frame.bodies, frame.positions, x, ahead.tet, found.direction, width, faces_);
+  found.scale *= rims.fading_scale(frame.bodies, frame.positions, x, tet, found.direction, width, faces_);
   return true;
 }
 

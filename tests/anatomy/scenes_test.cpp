@@ -107,6 +107,20 @@ TEST(EyeScene, ThePlateLiftsTheBulbAndAllTissuesTouch) {
   }
 }
 
+/// Where the walk along an edge left the body for a moment, the force of its inset ended: points trembled in
+/// cycles of four steps.
+TEST(EyeScene, ComesToRestWithOtherTimeSteps) {
+  for (const double time_step : {0.006, 0.007, 0.008, 0.009}) {
+    SCOPED_TRACE(time_step);
+    Scene scene = medical_scene("eye");
+    scene.settings.time_step = time_step;
+    const Prepared prepared = run_to_rest(scene);
+    double fastest = 0.0;
+    for (const Vec3& v : prepared.simulation.velocities()) fastest = std::max(fastest, length(v));
+    EXPECT_LT(fastest, 0.3) << "mm/s";
+  }
+}
+
 /// Rotation of the bulb's front about its centre towards x, the left, in degrees.
 double turned_left(const Simulation& simulation) {
   const Index bulb = body_named(simulation, "bulb");
