@@ -27,24 +27,6 @@ double held_near(const EdgeResponse::Frame& frame, const Meeting& meeting, Index
   return held;
 }
 
-/// Factor of the force of an edge by the angle of its own body there: zero if the surface is flat or concave,
-/// one for convex edges of a few degrees or more. A body that comes through a face has points or convex edges
-/// in it.
-double sharpness(const EdgeResponse::Frame& frame, Index edge) {
-  constexpr double sharp = 0.25;        // sine
-  constexpr double surely_sharp = 0.9;  // cosine
-  const auto& [first, second] = at(frame.bodies.edge_triangles(), edge);
-  if (second < 0) return 1.0;
-  const Triangle& other = at(frame.bodies.triangles(), second);
-  const Vec3 normal = normalized(area_vector(frame.positions, at(frame.bodies.triangles(), first)));
-  const Vec3 other_normal = normalized(area_vector(frame.positions, other));
-  const Edge& ends = at(frame.bodies.edges(), edge);
-  const Index third = *std::ranges::find_if(other, [&](Index p) { return p != ends[0] && p != ends[1]; });
-  if (dot(normal, at(frame.positions, third) - at(frame.positions, ends[0])) >= 0.0) return 0.0;
-  if (dot(normal, other_normal) < surely_sharp) return 1.0;
-  return std::min(1.0, length(cross(normal, other_normal)) / sharp);
-}
-
 }  // namespace
 
 /// Adds the rows of an edge contact.

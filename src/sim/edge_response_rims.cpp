@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 
+#include "contact/nearest_surface.hpp"
 #include "geometry/triangle.hpp"
 #include "sim/edge_response.hpp"
 #include "sim/edge_rows.hpp"
@@ -24,12 +25,21 @@ double crease(const EdgeResponse::Frame& frame, Index edge) {
   return std::clamp((none - dot(normal(first), normal(second))) / (none - surely), 0.0, 1.0);
 }
 
-/// Factor of the force at an end in contact: zero if it has just entered through a face away from rims. It
-/// had no force there before it entered, whatever the depth of the edge.
-double entered(const EdgeResponse::Frame& frame, Index contact, double depth) {
+/// Factor of the force at an end in contact: zero if it has just entered through a face along the direction.
+/// It had no force there before it entered, whatever the depth of the edge.
+double entered(const EdgeResponse::Frame& frame, Index contact, const RimEdge& edge) {
   constexpr double surely = 0.25;  // of the depth of the edge
-  const double part = std::min(1.0, at(frame.table.contacts().depth, contact) / (surely * depth));
-  return 1.0 - at(frame.scales, contact) * (1.0 - part);
+  const Contacts& contacts = frame.table.contacts();
+  const Vec3& x = at(frame.positions, at(contacts.point, contact));
+  const double most = surely * edge.depth;
+  const ExitAhead ahead =
+      exit_ahead(frame.bodies, frame.positions, at(contacts.tet, contact), x, edge.direction, most);
+  if (!ahead.leaves()) return 1.0;
+  const Vec3 normal = frame.surfaces.normals->at_point_now(
+      frame.positions, frame.bodies.triangle_of_face(ahead.tet, ahead.opposite),
+      x + ahead.distance * edge.direction);
+  const double side = side_of(dot(normal, edge.direction));
+  return side + (1.0 - side) * ahead.distance / most;
 }
 
 /// Whether an edge leaves, or its exit leads, through a face that lies flush on another body.
@@ -78,6 +88,7 @@ void EdgeResponse::add_rim_edge(const Frame& frame, Index body, const RimEdge& f
   double held = 0.0;
   for (const Index c : found.contacts) held = std::max(held, held_by(frame, c, found.depth));
   double most = (1.0 - held) * support_.lack(own, body) * length_part;
+  if (most > least_weight) most *= sharpness(frame, found.edge);
   const bool at_rim =
       std::ranges::any_of(found.contacts, [&](Index c) { return c >= 0 && at(frame.scales, c) < 1.0; });
   if (!at_rim) most *= crease(frame, found.edge);
@@ -87,7 +98,7 @@ void EdgeResponse::add_rim_edge(const Frame& frame, Index body, const RimEdge& f
     const Index c = found.contacts[i];
     Meeting here{};
     if (c < 0) here = meeting(frame, edge, found.triangle, found.parameter, found.direction);
-    const double weight = most * (c < 0 ? here.side : entered(frame, c, found.depth));
+    const double weight = most * (c < 0 ? here.side : entered(frame, c, found));
     EdgeEnd end = end_of(found.edge, body, static_cast<Index>(i), beyond_least(weight) * whole_stiffness,
                          found.depth, found.direction);
     if (!(end.law.stiffness > 0.0)) continue;

@@ -7,14 +7,12 @@
 
 namespace palpate {
 namespace edge_rows {
-namespace {
 
-// Cosines of the angle between surface normal and contact direction. Above the first the surface is a face;
-// below the second it is a side.
-constexpr double faces_along = 0.95;
-constexpr double faces_aside = 0.6;
-
-}  // namespace
+double side_of(double cosine) {
+  constexpr double faces_along = 0.95;
+  constexpr double faces_aside = 0.6;
+  return std::clamp((faces_along - cosine) / (faces_along - faces_aside), 0.0, 1.0);
+}
 
 double beyond_least(double weight) {
   return std::max(0.0, (weight - least_weight) / (1.0 - least_weight));
@@ -29,8 +27,7 @@ Meeting meeting(const EdgeResponse::Frame& frame, const Edge& edge, Index triang
   Meeting found{triangle, parameter, weights_in(t, area_vector(t), x), 0.0, 0.0};
   const Vec3 normal = frame.surfaces.normals->at_point_now(frame.positions, triangle, x);
   found.steepness = std::abs(dot(normalized(at(frame.positions, edge[1]) - a), normal));
-  const double cosine = dot(normal, direction);
-  found.side = std::clamp((faces_along - cosine) / (faces_along - faces_aside), 0.0, 1.0);
+  found.side = side_of(dot(normal, direction));
   return found;
 }
 
@@ -39,6 +36,21 @@ double held_by(const EdgeResponse::Frame& frame, Index contact, double depth) {
   if (contact < 0) return 0.0;
   const double force = at(frame.scales, contact) * at(frame.table.contacts().depth, contact);
   return std::min(1.0, force / (enough * depth));
+}
+
+double sharpness(const EdgeResponse::Frame& frame, Index edge) {
+  constexpr double sharp = 0.25;        // sine
+  constexpr double surely_sharp = 0.9;  // cosine
+  const auto& [first, second] = at(frame.bodies.edge_triangles(), edge);
+  if (second < 0) return 1.0;
+  const Triangle& other = at(frame.bodies.triangles(), second);
+  const Vec3 normal = normalized(area_vector(frame.positions, at(frame.bodies.triangles(), first)));
+  const Vec3 other_normal = normalized(area_vector(frame.positions, other));
+  const Edge& ends = at(frame.bodies.edges(), edge);
+  const Index third = *std::ranges::find_if(other, [&](Index p) { return p != ends[0] && p != ends[1]; });
+  if (dot(normal, at(frame.positions, third) - at(frame.positions, ends[0])) >= 0.0) return 0.0;
+  if (dot(normal, other_normal) < surely_sharp) return 1.0;
+  return std::min(1.0, length(cross(normal, other_normal)) / sharp);
 }
 
 bool borders_flush_face(const EdgeResponse::Frame& frame, Index edge) {

@@ -18,12 +18,16 @@ inline constexpr double least_weight = 0.05;
 /// The weight less `least_weight`, so that forces begin at zero.
 [[nodiscard]] double beyond_least(double weight);
 
+/// 0 to 1: how far a surface is a side as seen along a contact direction, by the cosine of the angle between
+/// its normal and the direction: 0 for a face (0.95 or more), 1 for a side (0.6 or less).
+[[nodiscard]] double side_of(double cosine);
+
 /// The point where an edge meets a triangle.
 struct Meeting {
   Index triangle;
   double parameter;               ///< on the edge
   std::array<double, 3> weights;  ///< in the triangle
-  double side;                    ///< 0 to 1: 1 if the triangle is a side as seen along the direction
+  double side;                    ///< side_of() the triangle
   double steepness;               ///< of the edge over the triangle: sine of the angle between them
 };
 
@@ -33,6 +37,11 @@ struct Meeting {
 /// Fraction of an edge of this depth that the contact of a point supports: 1 if it has half the force or
 /// more.
 [[nodiscard]] double held_by(const EdgeResponse::Frame& frame, Index contact, double depth);
+
+/// Factor of the force of an edge by the angle of its own body there: zero if the surface is flat or concave,
+/// one for convex edges of a few degrees or more. A body that comes through a face has points or convex edges
+/// in it.
+[[nodiscard]] double sharpness(const EdgeResponse::Frame& frame, Index edge);
 
 /// Whether an edge is at the seam of its body with another one: there is no crease.
 [[nodiscard]] bool borders_flush_face(const EdgeResponse::Frame& frame, Index edge);

@@ -51,26 +51,39 @@ void turn(Simulation& simulation, double angular_acceleration) {
   }
 }
 
-/// In these shots a small body hits another one and rotates by more than a radian in a step.
+/// Counts the steps of a shot that do not converge if they are not divided.
+int failed_whole_steps(std::uint64_t seed) {
+  Simulation whole = shot_simulation(seed, 1);
+  const int steps = test::random_shot(seed).steps;
+  int failed = 0;
+  for (int i = 0; i < steps; ++i) {
+    failed += whole.step().solver_converged ? 0 : 1;
+    EXPECT_EQ(whole.metrics().substeps, 1);
+  }
+  return failed;
+}
+
+/// In some shots a small body hits another one and rotates by more than a radian in a step. The first of them
+/// are searched, since a change of the solver changes which they are.
 TEST(Substeps, ShotsConvergeThatDoNotInWholeSteps) {
-  for (const std::uint64_t seed : {67U, 131U, 947U, 3692U, 3000711U, 1444U, 3186U, 3002193U}) {
-    Simulation whole = shot_simulation(seed, 1);
+  constexpr int wanted = 3;
+  int found = 0;
+  for (std::uint64_t seed = 1; seed < 3000 && found < wanted; ++seed) {
+    if (failed_whole_steps(seed) == 0) continue;
+    ++found;
     Simulation divided = shot_simulation(seed, 4);
     const int steps = test::random_shot(seed).steps;
-    int failed = 0;
     int most = 0;
     for (int i = 0; i < steps; ++i) {
-      failed += whole.step().solver_converged ? 0 : 1;
-      EXPECT_EQ(whole.metrics().substeps, 1);
       const StepMetrics& m = divided.step();
       EXPECT_TRUE(m.solver_converged) << "seed " << seed << ", step " << m.step;
       EXPECT_DOUBLE_EQ(m.time, step_length * static_cast<double>(m.step));
       most = std::max(most, m.substeps);
     }
-    EXPECT_GT(failed, 0) << "seed " << seed << " tests nothing";
     EXPECT_GT(most, 1) << "seed " << seed;
     EXPECT_LE(most, 4) << "seed " << seed;
   }
+  EXPECT_EQ(found, wanted);
 }
 
 /// The halves of a divided step are the two steps of a simulation with half the time step.
