@@ -227,10 +227,11 @@ class Simulation {
   /// a checksum; only for the same version of the library. O(points + tets + contacts).
   [[nodiscard]] std::vector<std::byte> save() const;
   /// Continues from the result of save(): further steps have the same bits as without the interruption, for
-  /// every structure, order, sort and thread count. Loads, grabs and changes by ModelChange come from the
-  /// saved state, so references are invalid as after change(). Throws Error, and changes nothing, on bytes
-  /// that are truncated, changed or of a different version, and on the state of a simulation with different
-  /// bodies, materials, motions or settings that affect steps.
+  /// every structure, order, sort and thread count. Loads, grabs and changes by ModelChange and of settings
+  /// come from the saved state, so references are invalid as after change(). Throws Error, and changes
+  /// nothing, on bytes that are truncated, changed or of a different version, and on the state of a
+  /// simulation with different bodies, materials or motions, or that began with other settings that affect
+  /// steps.
   void restore(std::span<const std::byte> saved);
 
  private:

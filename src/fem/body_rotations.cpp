@@ -15,7 +15,8 @@ namespace {
 /// Largest angle by which points move along arcs, rad. Contacts then have an error of 0.3 % of the body's
 /// size.
 constexpr double largest_arc_angle = 0.08;
-/// A hyperelastic body has a frame if it rotates by more than this in a step, rad.
+/// A body whose matrix has the derivative of its forces by rotations has a frame if it rotates by more than
+/// this in a step, rad.
 constexpr double braked_angle = 1e-3;
 
 Quaternion rotation_by(const Vec3& angle) {
@@ -47,6 +48,12 @@ Vec3 rotation_vector(const Quaternion& q) {
 /// All of the Coriolis force up to half a radian, none from one on.
 double coriolis_fraction(double angle) {
   return std::clamp(2.0 * (1.0 - angle), 0.0, 1.0);
+}
+
+/// Fraction of the angular impulse that forces of joints lack. With all of it, tied bodies would gain up to 7
+/// times the square of the angle of it.
+double joint_fraction(double angle) {
+  return std::max(0.0, 1.0 - 7.0 * angle * angle);
 }
 
 /// The rotation vector of a rigid body without torque over a step. A body with the middle principal moment of
@@ -140,7 +147,6 @@ RigidMotion BodyRotations::rigid_motion(std::size_t body, std::span<const Vec3> 
     motion.deformation[1] += m * arm.y * velocity;
     motion.deformation[2] += m * arm.z * velocity;
     motion.energy += 0.5 * m * squared_length(velocity);
-    motion.whole_energy += 0.5 * m * squared_length(at(velocities, i));
     add_outer(inertia, -m, arm, arm);
     for (int k = 0; k < 3; ++k) inertia(k, k) += m * squared_length(arm);
   }
@@ -183,7 +189,7 @@ Vec3 BodyRotations::angle_of(std::size_t body, const RigidMotion& mean, std::spa
 /// part of this energy.
 bool BodyRotations::swells(std::size_t body, const Vec3& angle, double energy) const {
   const double swelling = 1.0 - cosine(length(angle));
-  constexpr double allowed = 1e-3;
+  constexpr double allowed = 5e-4;
   return stretch_energies_[body] * swelling * swelling > allowed * energy;
 }
 
@@ -216,7 +222,7 @@ void BodyRotations::set_frame(std::size_t body, const Vec3& angle, const Vec3& m
 
 void BodyRotations::begin(const parallel::Threads& threads, std::span<const Vec3> positions,
                           std::span<const Vec3> velocities, double time_step,
-                          std::span<const std::uint8_t> nonlinear) {
+                          std::span<const std::uint8_t> braked) {
   time_step_ = time_step;
   parallel::for_each(threads, bodies_.size(), 1, [&](std::size_t body) {
     frames_[body] = {};
@@ -224,8 +230,8 @@ void BodyRotations::begin(const parallel::Threads& threads, std::span<const Vec3
     starts_[body] = rigid_motion(body, positions, velocities);
     if (!starts_[body].dominates()) return;
     const Vec3 angle = free_angle(starts_[body], time_step);
-    const bool is_braked = !nonlinear.empty() && nonlinear[body] != 0 && length(angle) > braked_angle;
-    if (is_braked || swells(body, angle, starts_[body].whole_energy))
+    const bool is_braked = !braked.empty() && braked[body] != 0 && length(angle) > braked_angle;
+    if (is_braked || swells(body, angle, starts_[body].energy))
       set_frame(body, angle, starts_[body].momentum);
   });
 }
@@ -238,7 +244,7 @@ bool BodyRotations::follow(const parallel::Threads& threads, std::span<const Vec
     const RigidMotion mean = rigid_motion(body, positions, velocities);
     const Frame& last = frames_[body];
     const Vec3 left = angle_of(body, mean, positions, velocities) - last.angle;
-    if (length(left) <= largest_arc_angle || !swells(body, left, mean.whole_energy)) return;
+    if (length(left) <= largest_arc_angle || !swells(body, left, mean.energy)) return;
     const double step_length =
         last.left == Vec3{} ? 1.0 : next_step_length(last.left, left, last.step_length);
     const Vec3 angle = last.angle + step_length * left;
@@ -291,14 +297,15 @@ BodyRotations::ArcMotion BodyRotations::arc_motion_of(std::size_t body, std::spa
   const Frame& frame = frames_[body];
   const RigidMotion& start = starts_[body];
   double mass = 0.0;
-  double energy = 0.0;
   ArcMotion arc;
   for (Index i = points.begin; i < points.end; ++i) {
     mass += at(masses_, i);
     arc.velocity += at(masses_, i) * at(velocities, i);
-    energy += 0.5 * at(masses_, i) * squared_length(at(velocities, i));
   }
   arc.velocity = (1.0 / mass) * arc.velocity;
+  double energy = 0.0;  // of the motion about the centre
+  for (Index i = points.begin; i < points.end; ++i)
+    energy += 0.5 * at(masses_, i) * squared_length(at(velocities, i) - arc.velocity);
   // Moment of the displacements (beyond those of the frame) about the rotated positions.
   Vec3 moment;
   double moved = 0.0;
@@ -311,8 +318,7 @@ BodyRotations::ArcMotion BodyRotations::arc_motion_of(std::size_t body, std::spa
   }
   const Vec3 angle = turned(frame.rotation, start.inverse_inertia, moment);
   const bool dominates = frame.angle != Vec3{} || dot(moment, angle) > 0.5 * moved;
-  constexpr double fraction = 0.5;  // of the limit for frames, since arcs are cheap
-  if (!dominates || !swells(body, angle, fraction * energy)) return {};
+  if (!dominates || !swells(body, angle, energy)) return {};
   arc.angle = angle;
   arc.rotation = rotation_by(angle);
   const Vec3 momentum =
@@ -353,6 +359,50 @@ Vec3 BodyRotations::excess_velocity(Index body, const Vec3& position) const {
   if (frame.angle == Vec3{}) return {};
   const Vec3 arm_end = rotated(frame.rotation, position - frame.center);
   return (1.0 / time_step_) * displacement(body, position) - cross(frame.angular_velocity, arm_end);
+}
+
+Vec3 BodyRotations::turned_vector(Index body, const Vec3& a) const {
+  const Frame& frame = at(frames_, body);
+  return frame.angle == Vec3{} ? a : rotated(frame.rotation, a);
+}
+
+Vec3 BodyRotations::lost_impulse(Index body, const Vec3& position, const Vec3& place,
+                                 const Vec3& force) const {
+  if (!has_frame(body)) return {};
+  const Frame& frame = at(frames_, body);
+  const Vec3 acted_at = rotated(frame.rotation, position - frame.center);
+  return joint_fraction(length(frame.angle)) * time_step_ * cross(place - frame.center - acted_at, force);
+}
+
+double BodyRotations::rotates_on(Index body, std::span<const Vec3> positions,
+                                 std::span<const Vec3> velocities) const {
+  if (!has_frame(body)) return 0.0;
+  const Frame& frame = at(frames_, body);
+  Vec3 momentum;  // about the centre of the rotated body, whose arms add up to zero by mass
+  const Range points = at(bodies_, body).points;
+  for (Index i = points.begin; i < points.end; ++i) {
+    momentum +=
+        at(masses_, i) * cross(rotated(frame.rotation, at(positions, i) - frame.center), at(velocities, i));
+  }
+  const Vec3 left = turned(frame.rotation, at(starts_, body).inverse_inertia, momentum);
+  const double fraction = dot(left, frame.angular_velocity) / squared_length(frame.angular_velocity);
+  return std::clamp(4.0 * fraction - 2.0, 0.0, 1.0);
+}
+
+Vec3 BodyRotations::velocity_by(Index body, const Vec3& position, const Vec3& impulse) const {
+  const Frame& frame = at(frames_, body);
+  return cross(turned(frame.rotation, at(starts_, body).inverse_inertia, impulse),
+               rotated(frame.rotation, position - frame.center));
+}
+
+Vec3 BodyRotations::rigid_velocity(Index body, const Vec3& position) const {
+  const RigidMotion& start = at(starts_, body);
+  const Vec3 angular_velocity = start.angular_velocity();
+  return is_finite(angular_velocity) ? cross(angular_velocity, position - start.center) : Vec3{};
+}
+
+Vec3 BodyRotations::rigid_displacement(Index body, const Vec3& position) const {
+  return has_frame(body) ? displacement(body, position) : time_step_ * rigid_velocity(body, position);
 }
 
 Vec3 BodyRotations::inertial_acceleration(Index body, const Vec3& position) const {

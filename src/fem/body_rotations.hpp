@@ -24,8 +24,7 @@ struct RigidMotion {
   /// Sum of m r_k d over the points for each axis k, with r from the centre and d the velocity beyond the
   /// rigid motion.
   std::array<Vec3, 3> deformation{};
-  double energy = 0.0;        ///< kinetic, of the motion about the centre, J
-  double whole_energy = 0.0;  ///< kinetic, J
+  double energy = 0.0;  ///< kinetic, of the motion about the centre, J
   [[nodiscard]] Vec3 angular_velocity() const { return inverse_inertia * momentum; }
   /// Whether rotation is more than half of the motion about the centre; false for a collapsed body.
   [[nodiscard]] bool dominates() const { return dot(momentum, angular_velocity()) > energy; }
@@ -57,16 +56,16 @@ class BodyRotations {
                 std::span<const std::uint8_t> obstacles);
 
   /// Rotates the frames of bodies by their motion at the start of a step, as rigid bodies without torque. A
-  /// body gets a frame only if its motion is mostly a rotation and its expansion would store more than 1e-3
-  /// of its kinetic energy. Blocks that rock a little in a pile do not need one. A body whose matrix has
-  /// the derivative of its forces by rotations gets a frame for any angle above 1e-3 rad: a step at fixed
-  /// axes takes a fraction of about the square of the angle from its energy of rotation. O(n_points).
+  /// body gets a frame only if its motion about the centre is mostly a rotation and its expansion would store
+  /// more than 5e-4 of the energy of that motion. Blocks that rock a little in a pile do not need one. A body
+  /// whose matrix has the derivative of its forces by rotations gets a frame for any angle above 1e-3 rad: a
+  /// step at fixed axes takes a fraction of about the square of the angle from its energy of rotation.
+  /// O(n_points).
   ///
   /// \param positions, velocities  (n_points x 3) at the start
-  /// \param nonlinear              (n_bodies) 1: its matrix has that derivative; or empty: none has
+  /// \param braked                 (n_bodies) 1: its matrix has that derivative; or empty: none has
   void begin(const parallel::Threads& threads, std::span<const Vec3> positions,
-             std::span<const Vec3> velocities, double time_step,
-             std::span<const std::uint8_t> nonlinear = {});
+             std::span<const Vec3> velocities, double time_step, std::span<const std::uint8_t> braked = {});
   /// Updates the frames after a solution with these `velocities`, where it rotates a body too far beyond its
   /// frame for arcs. Returns whether any frame has changed. O(n_points).
   ///
@@ -104,6 +103,26 @@ class BodyRotations {
   /// Inertial acceleration of a point in its rotated frame, m/s^2: centrifugal, and minus the angular
   /// acceleration of the frame (Euler force).
   [[nodiscard]] Vec3 inertial_acceleration(Index body, const Vec3& position) const;
+  [[nodiscard]] bool has_frame(Index body) const { return at(frames_, body).angle != Vec3{}; }
+  /// Velocity of a point by the rigid rotation of its body at the start of the step, m/s; zero for bodies of
+  /// points on a line and for obstacles.
+  [[nodiscard]] Vec3 rigid_velocity(Index body, const Vec3& position) const;
+  /// A vector that rotates with the frame of a body.
+  [[nodiscard]] Vec3 turned_vector(Index body, const Vec3& a) const;
+  /// Angular impulse about the centre that a force on a point gives if it acts at `place` at the start of the
+  /// step, less that by the point's arm in the rotated frame, N m s. Zero without a frame.
+  [[nodiscard]] Vec3 lost_impulse(Index body, const Vec3& position, const Vec3& place,
+                                  const Vec3& force) const;
+  /// 1 for a body that rotates on with three quarters of the angular velocity of its frame or more, by these
+  /// `velocities` at the end of the step; 0 if it has lost half of it or more, as one that is held: there,
+  /// lost impulses would feed themselves. 0 without a frame. O(points of the body).
+  [[nodiscard]] double rotates_on(Index body, std::span<const Vec3> positions,
+                                  std::span<const Vec3> velocities) const;
+  /// Velocity of a point at the end of the step by an angular impulse about the centre of its body, m/s.
+  [[nodiscard]] Vec3 velocity_by(Index body, const Vec3& position, const Vec3& impulse) const;
+  /// Displacement of a point by the rigid rotation of its body in the step: by its frame, or, without one,
+  /// along the straight path by the angular velocity at the start, m.
+  [[nodiscard]] Vec3 rigid_displacement(Index body, const Vec3& position) const;
   /// The mean velocity over the step minus the velocity at its end.
   [[nodiscard]] Vec3 excess_velocity(Index body, const Vec3& position) const;
 

@@ -121,6 +121,7 @@ Dynamics::Dynamics(const Bodies& bodies, const Materials& materials, std::vector
   for (std::size_t e = 0; e < elements; ++e) {
     element_stiffness_damping_[e] =
         materials.of(elements_.tet_of_element()[e], elements_.body_of_element()[e]).stiffness_damping;
+    has_stiffness_damping_ = has_stiffness_damping_ || element_stiffness_damping_[e] > 0.0;
   }
   double mass = 0.0;
   for (std::size_t i = 0; i < points; ++i) mass += free_[i] != 0 ? masses_[i] : 0.0;
@@ -134,11 +135,13 @@ Dynamics::Dynamics(const Bodies& bodies, const Materials& materials, std::vector
   elastic_fractions_.resize(elements);
   damping_fractions_.resize(elements);
   nonlinear_points_.resize(points);
-  nonlinear_bodies_.resize(bodies_.size());
+  braked_bodies_.resize(bodies_.size());
   for (Index e = elements_.nonlinear_begin(); e < elements_.size(); ++e) {
     for (const Index corner : at(elements_.corners(), e)) at(nonlinear_points_, corner) = 1;
-    at(nonlinear_bodies_, at(elements_.body_of_element(), e)) = 1;
+    at(braked_bodies_, at(elements_.body_of_element(), e)) = 1;
   }
+  for (std::size_t d = 0; d < elements_.smoothing().size(); ++d)
+    at(braked_bodies_, at(elements_.body_of_element(), elements_.smoothing().element(d))) = 1;
   for (auto* vector : {&velocities_, &velocity_changes_, &point_forces_, &mean_velocities_,
                        &linear_positions_, &loads_, &linear_forces_}) {
     vector->resize(points);
@@ -153,8 +156,12 @@ Dynamics::Dynamics(const Bodies& bodies, const Materials& materials, std::vector
 /// Marks the bodies that get no arcs: nonlinear ones, and bodies with points that do not move freely.
 void Dynamics::mark_held_bodies() {
   held_bodies_.assign(bodies_.size(), 0);
-  for (std::size_t i = 0; i < masses_.size(); ++i)
-    if (held_axes_[i] != 0 || is_nonlinear(i)) at(held_bodies_, body_of_point_[i]) = 1;
+  grounded_bodies_.assign(bodies_.size(), 0);
+  for (std::size_t i = 0; i < masses_.size(); ++i) {
+    const Index body = body_of_point_[i];
+    if (held_axes_[i] != 0) at(grounded_bodies_, body) = 1;
+    if (held_axes_[i] != 0 || is_nonlinear(i)) at(held_bodies_, body) = 1;
+  }
 }
 
 void Dynamics::set_fixed_axes(const Bodies& bodies, const Materials& materials,
@@ -198,7 +205,7 @@ void Dynamics::set_initial_guess(double time_step, const Vec3& gravity) {
 Dynamics::Report Dynamics::step(double time_step, const Vec3& gravity, std::span<const Vec3> external_forces,
                                 std::span<const Coupling> couplings, double tolerance, int max_iterations) {
   check_solve({.tolerance = tolerance, .max_iterations = max_iterations});
-  begin_step(time_step, gravity, external_forces);
+  begin_step(time_step, gravity, {.all = external_forces, .turning = {}});
   Report report = solve(couplings, {.tolerance = tolerance, .max_iterations = max_iterations});
   constexpr int max_rotation_solves = 8;
   for (int round = 0; update_rotating_frames(); ++round) {
@@ -244,10 +251,25 @@ void Dynamics::set_base_velocities() {
   }
 }
 
-void Dynamics::begin_step(double time_step, const Vec3& gravity, std::span<const Vec3> external_forces) {
+std::span<const Vec3> Dynamics::deformed_positions(double time_step) {
+  const double h = step_length(time_step);
+  if (!second_order_) rotations_.begin(threads_, positions_, velocities_, h, braked_bodies_);
+  parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
+    const Index body = body_of_point_[i];
+    // Without a frame, inner forces of a braked body rotate in the step, as its matrix says.
+    const bool rotates =
+        !rotations_.has_frame(body) && (at(grounded_bodies_, body) != 0 || at(braked_bodies_, body) != 0);
+    const Vec3 rigid = rotates ? Vec3{} : rotations_.rigid_velocity(body, positions_[i]);
+    end_positions_[i] = positions_[i] + h * (velocities_[i] - rigid);
+  });
+  return end_positions_;
+}
+
+void Dynamics::begin_step(double time_step, const Vec3& gravity, const ExternalForces& external_forces) {
   check_step(time_step, gravity);
-  if (!external_forces.empty())
-    check_length("external_forces", external_forces.size(), masses_.size(), "point");
+  for (const auto& forces : {external_forces.all, external_forces.turning})
+    if (!forces.empty()) check_length("external_forces", forces.size(), masses_.size(), "point");
+  turning_forces_ = external_forces.turning;
   duration_ = time_step;
   set_time_step(step_length(time_step));
   if (elements_.is_viscous()) {
@@ -256,8 +278,8 @@ void Dynamics::begin_step(double time_step, const Vec3& gravity, std::span<const
   }
   multigrid().begin_step();
   refined_ = false;
-  if (!second_order_) rotations_.begin(threads_, positions_, velocities_, time_step, nonlinear_bodies_);
-  set_loads(gravity, external_forces);
+  if (!second_order_) rotations_.begin(threads_, positions_, velocities_, time_step, braked_bodies_);
+  set_loads(gravity, external_forces.all);
   linearise();
   set_initial_guess(time_step, gravity);
   find_end();
@@ -265,7 +287,7 @@ void Dynamics::begin_step(double time_step, const Vec3& gravity, std::span<const
 
 Dynamics::Report Dynamics::solve(std::span<const Coupling> couplings, SolveGoal goal) {
   check_solve(goal);
-  goal.least_scale = error_scale_;
+  goal.least_scale = least_scale(goal.tolerance);
   goal.least_residual = load_impulse_;
   goal.jacobi_iterations = jacobi_iterations_;
   couplings_.set(threads_, couplings, time_step_, free_);
@@ -321,8 +343,10 @@ void Dynamics::find_end() {
   holds_.keep(positions_, end_positions_);
 }
 
-void Dynamics::end_step() {
+void Dynamics::end_step(const Joints& joints) {
   store_past();
+  if (rotations_.any()) find_lost_impulses(joints);
+  find_frame_reactions();
   prescribed_points_.clear();
   std::swap(velocities_, mean_velocities_);
   if (has_arcs_ || rotations_.any()) {
@@ -332,6 +356,7 @@ void Dynamics::end_step() {
       const Vec3 straight = velocities_[i] - rotations_.excess_velocity(body, positions_[i]);
       velocities_[i] = rotations_.arc_velocity(body, positions_[i], straight);
     });
+    if (rotations_.any()) add_lost_impulses();
     holds_.stop(velocities_);
   }
   std::swap(positions_, end_positions_);

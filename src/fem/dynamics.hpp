@@ -17,6 +17,7 @@
 #include "fem/contact_solver.hpp"
 #include "fem/coupling.hpp"
 #include "fem/elements.hpp"
+#include "fem/external_forces.hpp"
 #include "fem/linear_system.hpp"
 #include "parallel/parallel.hpp"
 
@@ -139,11 +140,17 @@ class Dynamics {
     return second_order_ ? 2.0 / 3.0 * time_step : time_step;
   }
 
+  /// Positions at which pressures of the next begin_step() are to be computed (n_points x 3), m: bodies
+  /// deform as without forces, but do not rotate. At the start of the step, pressures would lag behind
+  /// vibrations and drive them; with the rotation, they would have a torque about the arms of the start.
+  /// Bodies with points that do not move freely rotate, unless their frame does. Valid until begin_step().
+  /// O(n_points).
+  [[nodiscard]] std::span<const Vec3> deformed_positions(double time_step);
   /// step() in three parts, for couplings that depend on the velocities at the end of the step (friction):
   /// begin_step(), then solve() after each change of the couplings, from the last solution, then end_step().
   /// Only end_step() changes positions, velocities and plastic strains. Arguments and errors are the same as
   /// for step().
-  void begin_step(double time_step, const Vec3& gravity, std::span<const Vec3> external_forces);
+  void begin_step(double time_step, const Vec3& gravity, const ExternalForces& external_forces);
   /// The iteration counts of Preconditioner::automatic in earlier solves are part of the state.
   /// \param goal  its lower bounds are set to the norms for gravity and external forces alone, its
   ///              jacobi_iterations from the state
@@ -179,7 +186,17 @@ class Dynamics {
   void check_limits(double max_speed, std::optional<double> inverted_time);
   /// Positions at the end of the step by the last solve() (n_points x 3), m. end_step() uses them.
   [[nodiscard]] std::span<const Vec3> end_positions() const { return end_positions_; }
-  void end_step();
+  /// Couplings between bodies (ties and contacts), and their forces over the step (end_force()).
+  struct Joints {
+    std::span<const Coupling> couplings;
+    std::span<const Vec3> forces;
+    std::size_t lasting = 0;  ///< the first ones are ties, which act from the start of the step on
+  };
+  /// Bodies with a rotated frame get the angular momentum that forces of joints and of held points lack: they
+  /// acted at arms in the rotated bodies, while the momentum of centres counts arms from the start of the
+  /// step. Without that, bodies that are tied and rotate together and bodies on hinges are braked. Bodies
+  /// that do not rotate on get none.
+  void end_step(const Joints& joints = {{}, {}, 0});
 
   /// Lists the elements that holding_forces() visits. O(n_elements).
   void find_constrained_elements();
@@ -189,6 +206,10 @@ class Dynamics {
   /// O(n_points + elements at such points).
   void holding_forces(const Vec3& gravity, std::span<const Vec3> external_forces,
                       std::span<Vec3> forces) const;
+
+  /// What holding_forces() lack of the last step, whose end_step() was called, in bodies with a rotated frame
+  /// (n_points x 3), N; empty if there are none, or find_constrained_elements() was never called.
+  [[nodiscard]] std::span<const Vec3> frame_reactions() const { return frame_reactions_; }
 
   [[nodiscard]] std::span<const Vec3> positions() const { return positions_; }    ///< (n_points x 3), m
   [[nodiscard]] std::span<const Vec3> velocities() const { return velocities_; }  ///< (n_points x 3), m/s
@@ -249,6 +270,17 @@ class Dynamics {
   void update_elements();
   void compute_point_forces();
   void add_rotation_forces();
+  void find_lost_impulses(const Joints& joints);
+  void add_hold_impulses();
+  void add_lost_impulses();
+  void find_frame_reactions();
+  void add_joint_impulse(const Coupling& joint, const Vec3& force, bool lasts);
+  [[nodiscard]] Vec3 frame_force(std::size_t point) const;
+  /// Least scale of the solution in a solve with this tolerance, by mass.
+  [[nodiscard]] double least_scale(double tolerance) const {
+    return tolerance > 0.0 ? std::max(error_scale_, rounding_ / tolerance) : error_scale_;
+  }
+  void add_damping_of_rotation();
   void add_displacement_forces();
   [[nodiscard]] bool is_nonlinear(std::size_t point) const { return nonlinear_points_[point] != 0; }
   [[nodiscard]] std::span<const Vec3> linear_positions() const;
@@ -324,14 +356,22 @@ class Dynamics {
   BodyRotations rotations_;                     ///< of the step that has begun
   std::vector<std::uint8_t>
       held_bodies_;  ///< 1: no arcs (BodyRotations), because a point is held or the body is nonlinear
+  std::vector<std::uint8_t> grounded_bodies_;  ///< (n_bodies) 1: has points that do not move freely
   std::vector<std::uint8_t> straight_bodies_;  ///< held_bodies_, and bodies with prescribed points
   bool has_arcs_ = false;                      ///< points of some body move along arcs (BodyRotations)
   /// Positions at which tissue is linearised, where they differ from positions_: bodies in rotated frames,
   /// steps of second order, and hyperelastic bodies after relinearise_tissue().
   std::vector<Vec3> linear_positions_;
-  bool refined_ = false;                        ///< relinearise_tissue() has set them in this step
-  bool at_end_ = false;                         ///< hyperelastic elements are updated at end_positions_
-  std::vector<std::uint8_t> nonlinear_bodies_;  ///< (n_bodies) 1: has a hyperelastic tet
+  bool refined_ = false;  ///< relinearise_tissue() has set them in this step
+  bool at_end_ = false;   ///< hyperelastic elements are updated at end_positions_
+  /// (n_bodies) 1: its matrix has the derivative of its forces by rotations (hyperelastic or smoothed tets)
+  std::vector<std::uint8_t> braked_bodies_;
+  bool has_stiffness_damping_ = false;
+  std::span<const Vec3> turning_forces_;        ///< ExternalForces::turning of the step
+  std::vector<Vec3> lost_impulses_;             ///< (n_bodies) scratch of end_step(), N m s
+  std::vector<Vec3> hold_forces_;               ///< (n_points) the same, N
+  std::vector<Vec3> frame_reactions_;           ///< (n_points) of the last step, N; or empty
+  bool lists_constrained_ = false;              ///< find_constrained_elements() was called
   std::vector<std::uint8_t> nonlinear_points_;  ///< (n_points) 1: of such a body
   std::vector<double>
       elastic_fractions_;  ///< (n_elements) h a / (h a + b): elastic part of the stiffness factor
@@ -349,10 +389,11 @@ class Dynamics {
                                                 ///< ones where points are not free
   double load_impulse_ = 0.0;                   ///< |h (M g + external forces)| over the free points, N s
   double load_scale_ = 0.0;                     ///< mass norm of dv for gravity and external forces alone
-  double error_scale_ = 0.0;                    ///< least mass norm of dv to which errors are relative
-  double edge_by_mass_ = 0.0;                   ///< mass norm of a motion of all points by a mean edge
-  double time_step_ = 0.0;                      ///< of the current step; belongs to diagonal_ and factors_
-  double duration_ = 0.0;  ///< of the current time step; with BDF2, time_step_ is 2/3 of it
+  double rounding_ = 0.0;      ///< mass norm of dv by rounding errors of positions: a smaller error is none
+  double error_scale_ = 0.0;   ///< least mass norm of dv to which errors are relative
+  double edge_by_mass_ = 0.0;  ///< mass norm of a motion of all points by a mean edge
+  double time_step_ = 0.0;     ///< of the current step; belongs to diagonal_ and factors_
+  double duration_ = 0.0;      ///< of the current time step; with BDF2, time_step_ is 2/3 of it
   bool keeps_past_ = false;
   double past_duration_ = 0.0;         ///< length of the previous step, s
   std::vector<Vec3> past_positions_;   ///< positions at the start of the previous step; or empty

@@ -86,7 +86,7 @@ Dynamics::Report Dynamics::solve(const ContactSet& contacts, SolveGoal goal, boo
     put_forces(contacts, false);
     return linear;
   }
-  goal.least_scale = error_scale_;
+  goal.least_scale = least_scale(goal.tolerance);
   goal.load_scale = load_scale_;
   goal.least_residual = load_impulse_;
   goal.jacobi_iterations = jacobi_iterations_of_contacts_;

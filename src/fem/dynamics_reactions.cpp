@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "fem/dynamics.hpp"
 #include "fem/padded_vectors.hpp"
@@ -8,6 +9,7 @@
 namespace palpate::fem {
 
 void Dynamics::find_constrained_elements() {
+  lists_constrained_ = true;
   constrained_elements_.clear();
   held_domains_.clear();
   const auto held = [&](std::span<const Index> points) {
@@ -50,9 +52,10 @@ void Dynamics::add_damping_forces(std::span<Vec3> forces) const {
 Vec3 Dynamics::stiff_velocity(Index point, double elastic) const {
   const auto p = static_cast<std::size_t>(point);
   Vec3 velocity = mean_velocities_[p];
-  if (!rotations_.any() && !refined_) return velocity;
-  velocity -= (elastic / time_step_) * (linear_positions_[p] - positions_[p]);
-  velocity -= ((1.0 - elastic) / time_step_) * rotations_.displacement(body_of_point_[p], positions_[p]);
+  if (rotations_.any() || refined_)
+    velocity -= (elastic / time_step_) * (linear_positions_[p] - positions_[p]);
+  velocity -=
+      ((1.0 - elastic) / time_step_) * rotations_.rigid_displacement(body_of_point_[p], positions_[p]);
   return velocity;
 }
 
@@ -74,6 +77,105 @@ void Dynamics::add_stiff_forces(std::span<Vec3> forces) const {
     smoothing.multiply(
         d, [&](std::size_t k) { return stiff_velocity(points[k], elastic); },
         [&](std::size_t k, const Vec3& stiff) { add(points[k], stiff); });
+  }
+}
+
+/// Adds what a force lacks that acts between bodies. Their momentum is kept if it acts on both at one place,
+/// as seen from their centres at the start of the step.
+/// \param lasts  it acted at the start of the step, too (a tie). A contact may begin within the step: without
+///     a frame of the other body, its arm in the frame is right
+void Dynamics::add_joint_impulse(const Coupling& joint, const Vec3& force, bool lasts) {
+  const Index own = at(body_of_point_, joint.points[0]);
+  std::array<Vec3, 2> places;
+  std::array<double, 2> weights{};
+  std::array<Index, 2> sides{own, own};
+  for (std::size_t i = 0; i < joint.points.size(); ++i) {
+    const Index p = joint.points[i];
+    if (p < 0) continue;
+    const Index body = at(body_of_point_, p);
+    const std::size_t side = body == own ? 0 : 1;
+    sides[side] = body;
+    const Vec3& x = at(positions_, p);
+    places[side] += joint.coefficients[i] * (x + rotations_.displacement(body, x));
+    weights[side] += joint.coefficients[i];
+  }
+  if (sides[0] == sides[1]) return;
+  const bool both = rotations_.has_frame(sides[0]) && rotations_.has_frame(sides[1]);
+  if (!both && !lasts) return;
+  // Without a frame, the other body has the arm of the start.
+  const std::size_t fixed = rotations_.has_frame(sides[0]) ? 1 : 0;
+  const Vec3 place = both ? 0.5 * ((1.0 / weights[0]) * places[0] + (1.0 / weights[1]) * places[1])
+                          : (1.0 / weights[fixed]) * places[fixed];
+  for (std::size_t i = 0; i < joint.points.size(); ++i) {
+    const Index p = joint.points[i];
+    if (p < 0 || at(system_.free(), p) == 0) continue;
+    const Index body = at(body_of_point_, p);
+    at(lost_impulses_, body) +=
+        rotations_.lost_impulse(body, at(positions_, p), place, joint.coefficients[i] * force);
+  }
+}
+
+void Dynamics::find_lost_impulses(const Joints& joints) {
+  lost_impulses_.assign(bodies_.size(), Vec3{});
+  for (std::size_t k = 0; k < joints.couplings.size(); ++k)
+    add_joint_impulse(joints.couplings[k], joints.forces[k], k < joints.lasting);
+  add_hold_impulses();
+}
+
+void Dynamics::add_lost_impulses() {
+  for (Index body = 0; body < static_cast<Index>(bodies_.size()); ++body) {
+    Vec3& impulse = at(lost_impulses_, body);
+    if (impulse != Vec3{}) impulse = rotations_.rotates_on(body, positions_, velocities_) * impulse;
+  }
+  parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
+    const Vec3& impulse = at(lost_impulses_, body_of_point_[i]);
+    if (impulse == Vec3{}) return;
+    const Vec3 velocity = rotations_.velocity_by(body_of_point_[i], positions_[i], impulse);
+    if (system_.free()[i] != 0) {
+      velocities_[i] += velocity;
+    } else if (!frame_reactions_.empty()) {
+      frame_reactions_[i] -= (masses_[i] / time_step_) * velocity;
+    }
+  });
+}
+
+/// Frames turn the velocities of free points without forces. What the whole body has as inertial forces adds
+/// up to zero, so the held points have the rest.
+void Dynamics::find_frame_reactions() {
+  frame_reactions_.clear();
+  if (!lists_constrained_ || !rotations_.any()) return;
+  frame_reactions_.resize(masses_.size());
+  for (std::size_t i = 0; i < masses_.size(); ++i) {
+    const Index body = body_of_point_[i];
+    if (held_axes_[i] == 0 || !rotations_.has_frame(body)) continue;
+    const Vec3& x = positions_[i];
+    const Vec3 turned =
+        rotations_.free_velocity(body, x, velocities_[i]) - rotations_.excess_velocity(body, x);
+    frame_reactions_[i] = -masses_[i] * ((1.0 / time_step_) * (turned - velocities_[i]) +
+                                         rotations_.inertial_acceleration(body, x));
+  }
+}
+
+/// Adds what the forces lack that hold points of bodies in rotated frames.
+void Dynamics::add_hold_impulses() {
+  const auto is_held = [&](Index body) {
+    return at(grounded_bodies_, body) != 0 && rotations_.has_frame(body);
+  };
+  bool any = false;
+  for (Index body = 0; body < static_cast<Index>(bodies_.size()); ++body) any = any || is_held(body);
+  if (!any) return;
+  if (!lists_constrained_) find_constrained_elements();
+  // Without mass and loads, which are not those of free points.
+  const auto elastic = elements_.point_forces();
+  hold_forces_.resize(masses_.size());
+  for (std::size_t i = 0; i < masses_.size(); ++i)
+    hold_forces_[i] = held_axes_[i] != 0 ? -unpadded(elastic[i]) : Vec3{};
+  add_stiff_forces(hold_forces_);
+  for (std::size_t i = 0; i < masses_.size(); ++i) {
+    const Index body = body_of_point_[i];
+    if (held_axes_[i] == 0 || !is_held(body)) continue;
+    at(lost_impulses_, body) +=
+        rotations_.lost_impulse(body, positions_[i], positions_[i], along(held_axes_[i], hold_forces_[i]));
   }
 }
 

@@ -1,4 +1,5 @@
 #include <cmath>
+#include <limits>
 
 #include "fem/dynamics.hpp"
 #include "fem/grains.hpp"
@@ -53,6 +54,7 @@ void Dynamics::form_system() {
   } else if (rotations_.any()) {
     add_rotation_forces();
   }
+  if (has_stiffness_damping_) add_damping_of_rotation();
   compute_free_right_side();
 }
 
@@ -66,8 +68,31 @@ void Dynamics::add_rotation_forces() {
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
     if (system_.free()[i] == 0) return;
     const Vec3 stiff = unpadded(right_side_[i]) - diagonal_[i] * unpadded(rotation_velocities_[i]);
-    point_forces_[i] += (1.0 / time_step_) * stiff +
-                        masses_[i] * rotations_.inertial_acceleration(body_of_point_[i], positions_[i]);
+    point_forces_[i] += (1.0 / time_step_) * stiff + frame_force(i);
+  });
+}
+
+/// The inertial force of a point in a rotated frame, and what the rotation changes of the loads that turn.
+Vec3 Dynamics::frame_force(std::size_t point) const {
+  const Index body = body_of_point_[point];
+  const Vec3 inertial = masses_[point] * rotations_.inertial_acceleration(body, positions_[point]);
+  if (turning_forces_.empty()) return inertial;
+  return inertial + rotations_.turned_vector(body, turning_forces_[point]) - turning_forces_[point];
+}
+
+/// Takes the rigid rotations of bodies without a frame out of the stiffness damping: in a strained body they
+/// would be braked by it, since its matrix does not vanish there. Frames already leave them out.
+void Dynamics::add_damping_of_rotation() {
+  const double rate = 1.0 / time_step_;
+  parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
+    const Index body = body_of_point_[i];
+    const Vec3 beyond =
+        rotations_.rigid_displacement(body, positions_[i]) - rotations_.displacement(body, positions_[i]);
+    displacements_[i] = padded(rate * beyond);
+  });
+  const auto products = elements_.multiply(threads_, displacements_, damping_fractions_);
+  parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
+    if (free_[i] != 0) point_forces_[i] += rate * unpadded(products[i]);
   });
 }
 
@@ -111,6 +136,13 @@ void Dynamics::set_loads(const Vec3& gravity, std::span<const Vec3> external_for
   constexpr double few_edges = 10.0;
   error_scale_ = std::max(std::min(load_scale_, few_edges * edge_by_mass_ / time_step_), of_velocities);
   load_scale_ = std::max(load_scale_, of_velocities);
+  // Without loads nothing gives a scale when bodies come to rest. But what is below the rounding errors of
+  // positions is no error.
+  constexpr double roundings = 100.0;
+  const double extent = std::sqrt(parallel::sum(threads_, masses_.size(), partial_, [&](std::size_t i) {
+    return system_.free()[i] == 0 ? 0.0 : masses_[i] * squared_length(positions_[i]);
+  }));
+  rounding_ = roundings * std::numeric_limits<double>::epsilon() * extent / time_step_;
 }
 
 /// The right side without couplings, b = h f - (h C + h^2 K') v = h f + M v - B v, by a product with the

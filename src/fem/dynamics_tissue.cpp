@@ -56,8 +56,7 @@ void Dynamics::add_displacement_forces() {
   });
   add(elements_.multiply(threads_, displacements_, damping_fractions_));
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
-    if (free_[i] != 0)
-      point_forces_[i] += masses_[i] * rotations_.inertial_acceleration(body_of_point_[i], positions_[i]);
+    if (free_[i] != 0) point_forces_[i] += frame_force(i);
   });
 }
 
@@ -76,11 +75,12 @@ double Dynamics::tissue_error() {
     if (free_[i] == 0 || !is_nonlinear(i)) return 0.0;
     return squared_length(time_step_ * (unpadded(elastic[i]) - linear_forces_[i])) / diagonal_[i];
   });
-  if (error == 0.0) return 0.0;  // at rest without loads the scale is zero, too
+  const double beyond = std::sqrt(error) - rounding_;
+  if (beyond <= 0.0) return 0.0;  // at rest without loads the scale is zero, too
   const double scale = parallel::sum(threads_, masses_.size(), partial_, [&](std::size_t i) {
     return free_[i] == 0 ? 0.0 : diagonal_[i] * squared_length(unpadded(solution_[i]));
   });
-  return std::sqrt(error) / std::max(std::sqrt(scale), load_scale_);
+  return beyond / std::max(std::sqrt(scale), load_scale_);
 }
 
 bool Dynamics::relinearise_tissue(double tolerance) {

@@ -91,6 +91,12 @@ double factor_at(const Ramp& ramp, double time) {
   return (1.0 - fraction) * ramp.factors[i - 1] + fraction * ramp.factors[i];
 }
 
+double end_of(const Ramp& ramp) {
+  std::size_t last = ramp.times.size();
+  while (last > 1 && ramp.factors[last - 1] == ramp.factors[last - 2]) --last;
+  return last > 1 ? ramp.times[last - 1] : 0.0;
+}
+
 LoadSet loads_of(const Model& model) {
   return {.forces = model.forces,
           .pressures = {},
@@ -205,23 +211,49 @@ void Loads::restore(std::vector<Vec3> forces, std::vector<double> pressures) {
   loads_.pressures = std::move(pressures);
 }
 
-void Loads::add_surface_load(const SurfaceLoad& load, const Bodies& bodies, std::span<const Vec3> positions,
-                             double time) {
+double Loads::end() const {
+  double last = 0.0;
+  for (const PointLoad& load : loads_.points) last = std::max(last, end_of(load.ramp));
+  for (const SurfaceLoad& load : loads_.surfaces) last = std::max(last, end_of(load.ramp));
+  return last;
+}
+
+bool Loads::presses() const {
+  return !loads_.pressures.empty() ||
+         std::ranges::any_of(loads_.surfaces, [](const SurfaceLoad& load) { return load.pressure != 0.0; });
+}
+
+void Loads::add_surface_load(const SurfaceLoad& load, const Bodies& bodies, double time) {
+  if (load.traction == Vec3{}) return;
   const double factor = factor_at(load.ramp, time);
   for (const Index triangle : load.triangles) {
     const Triangle& t = at(bodies.triangles(), triangle);
-    Vec3 force{};
-    if (load.pressure != 0.0) force -= (0.5 * factor * load.pressure) * area_vector(positions, t);
-    if (load.traction != Vec3{})
-      force += (0.5 * factor * length(area_vector(bodies.points_rest(), t))) * load.traction;
-    add_to_corners(t, force, sum_);
+    add_to_corners(t, (0.5 * factor * length(area_vector(bodies.points_rest(), t))) * load.traction, sum_);
   }
 }
 
-std::span<const Vec3> Loads::forces(const Bodies& bodies, std::span<const Vec3> positions,
-                                    const Vec3& gravity, double time_end) {
+void Loads::add_pressures(const Bodies& bodies, std::span<const Vec3> positions, double time) {
+  turning_.clear();
+  if (!presses()) return;
+  turning_.resize(masses_.size());
+  const auto add = [&](Index triangle, double pressure) {
+    const Triangle& t = at(bodies.triangles(), triangle);
+    add_to_corners(t, (-0.5 * pressure) * area_vector(positions, t), turning_);
+  };
+  for (const SurfaceLoad& load : loads_.surfaces) {
+    if (load.pressure == 0.0) continue;
+    const double pressure = factor_at(load.ramp, time) * load.pressure;
+    for (const Index triangle : load.triangles) add(triangle, pressure);
+  }
+  for (std::size_t i = 0; i < loads_.pressures.size(); ++i)
+    if (loads_.pressures[i] != 0.0) add(static_cast<Index>(i), loads_.pressures[i]);
+  for (std::size_t p = 0; p < sum_.size(); ++p) sum_[p] += turning_[p];
+}
+
+fem::ExternalForces Loads::forces(const Bodies& bodies, std::span<const Vec3> positions, const Vec3& gravity,
+                                  double time_end) {
   if (loads_.points.empty() && loads_.surfaces.empty() && loads_.pressures.empty() && loads_.gravity.empty())
-    return loads_.forces;
+    return {.all = loads_.forces, .turning = {}};
   sum_.resize(masses_.size());
   if (loads_.forces.empty()) std::ranges::fill(sum_, Vec3{});
   if (!loads_.forces.empty()) std::ranges::copy(loads_.forces, sum_.begin());
@@ -229,19 +261,15 @@ std::span<const Vec3> Loads::forces(const Bodies& bodies, std::span<const Vec3> 
     const double factor = factor_at(load.ramp, time_end) / static_cast<double>(load.points.size());
     for (const Index point : load.points) at(sum_, point) += factor * load.force;
   }
-  for (const SurfaceLoad& load : loads_.surfaces) add_surface_load(load, bodies, positions, time_end);
-  for (std::size_t i = 0; i < loads_.pressures.size(); ++i) {
-    if (loads_.pressures[i] == 0.0) continue;
-    const Triangle& t = bodies.triangles()[i];
-    add_to_corners(t, (-0.5 * loads_.pressures[i]) * area_vector(positions, t), sum_);
-  }
+  for (const SurfaceLoad& load : loads_.surfaces) add_surface_load(load, bodies, time_end);
+  add_pressures(bodies, positions, time_end);
   for (std::size_t b = 0; b < loads_.gravity.size(); ++b) {
     if (!loads_.gravity[b]) continue;
     const Range range = bodies.bodies()[b].points;
     for (Index p = range.begin; p < range.end; ++p)
       at(sum_, p) += at(masses_, p) * (*loads_.gravity[b] - gravity);
   }
-  return sum_;
+  return {.all = sum_, .turning = turning_};
 }
 
 }  // namespace palpate

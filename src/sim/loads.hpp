@@ -7,6 +7,8 @@
 
 #include <palpate/model.hpp>
 
+#include "fem/external_forces.hpp"
+
 namespace palpate {
 
 /// Loads on points and surfaces.
@@ -40,27 +42,34 @@ class Loads {
   void set_pressure(const Bodies& bodies, std::span<const Index> triangles,
                     std::span<const double> pressures);
 
-  /// Forces on points in a step (n_points x 3), N, at the positions at its start; empty without loads. Ramps
-  /// are evaluated at the end of the step, since it is implicit. Valid until the next call. O(points + loaded
+  /// Whether there are pressures: forces() depends on positions.
+  [[nodiscard]] bool presses() const;
+  /// Forces on points in a step (n_points x 3), N; empty without loads. Ramps are evaluated at the end of the
+  /// step, since it is implicit. Valid until the next call. O(points + loaded
   /// triangles), O(1) with forces on points only.
-  std::span<const Vec3> forces(const Bodies& bodies, std::span<const Vec3> positions, const Vec3& gravity,
-                               double time_end);
+  fem::ExternalForces forces(const Bodies& bodies, std::span<const Vec3> positions, const Vec3& gravity,
+                             double time_end);
 
   /// The current loads: part of the saved state.
   [[nodiscard]] const LoadSet& all() const { return loads_; }
+  /// Time from which on no ramp changes, s; 0 without ramps. O(loads).
+  [[nodiscard]] double end() const;
   void restore(std::vector<Vec3> forces, std::vector<double> pressures);
 
  private:
-  void add_surface_load(const SurfaceLoad& load, const Bodies& bodies, std::span<const Vec3> positions,
-                        double time);
+  void add_surface_load(const SurfaceLoad& load, const Bodies& bodies, double time);
+  void add_pressures(const Bodies& bodies, std::span<const Vec3> positions, double time);
 
   std::vector<std::uint8_t> rigid_;  ///< (n_bodies)
   std::span<const double> masses_;
   LoadSet loads_;
-  std::vector<Vec3> sum_;  ///< (n_points) forces of the current step
+  std::vector<Vec3> sum_;      ///< (n_points) forces of the current step
+  std::vector<Vec3> turning_;  ///< (n_points) those of them that pressures make, or empty
 };
 
 /// Factor of a ramp at a time. O(times).
 [[nodiscard]] double factor_at(const Ramp& ramp, double time);
+/// Time from which on the factor of a ramp does not change, s. O(times).
+[[nodiscard]] double end_of(const Ramp& ramp);
 
 }  // namespace palpate

@@ -185,6 +185,20 @@ Fingerprint fingerprint_of(const Model& model, const SimulationSettings& setting
            hash_of(model.point_loads, model.surface_loads, model.gravity_of_body), hash_of(settings)}};
 }
 
+std::vector<std::byte> bytes_of(const SimulationSettings& settings) {
+  ArchiveWriter writer;
+  SimulationSettings copy = settings;  // an archive takes non-const references
+  writer(copy);
+  return writer.take();
+}
+
+SimulationSettings with_bytes(SimulationSettings settings, std::span<const std::byte> bytes) {
+  ArchiveReader reader(bytes, saved_state_name);
+  reader(settings);
+  reader.finish();
+  return settings;
+}
+
 void check_saved(const SavedState& saved, const Bodies& bodies) {
   const std::size_t points = bodies.points_rest().size();
   if (!saved.forces.empty()) check_length("forces", saved.forces.size(), points);

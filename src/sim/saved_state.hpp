@@ -22,7 +22,7 @@
 
 namespace palpate {
 
-inline constexpr Seal state_seal{.kind = "PALPSTAT", .version = 13};
+inline constexpr Seal state_seal{.kind = "PALPSTAT", .version = 14};
 
 /// Hashes (FNV-1a, 64 bits) of the model and settings of a state: a simulation accepts only states with its
 /// own fingerprint. Settings that do not affect results (structure, order, sort, cell size, threads) are left
@@ -35,6 +35,11 @@ struct Fingerprint {
 /// O(points + tets).
 Fingerprint fingerprint_of(const Model& model, const SimulationSettings& settings);
 
+/// The settings that affect results, as bytes. O(1).
+std::vector<std::byte> bytes_of(const SimulationSettings& settings);
+/// These settings with those of bytes_of(). Throws Error on bytes of another length.
+SimulationSettings with_bytes(SimulationSettings settings, std::span<const std::byte> bytes);
+
 /// The current values of all that a ModelChange can change, except motions.
 struct ChangedModel {
   Holds holds;
@@ -45,8 +50,9 @@ struct ChangedModel {
 /// Everything that later steps depend on, and the results of the last one.
 struct SavedState {
   Fingerprint fingerprint;
-  StepMetrics metrics;       ///< without times
-  double last_length = 0.0;  ///< of the last substep, s
+  std::vector<std::byte> settings;  ///< bytes_of() the current settings, which may have changed
+  StepMetrics metrics;              ///< without times
+  double last_length = 0.0;         ///< of the last substep, s
   std::int64_t slow_steps = 0;
   std::vector<Vec3> forces;
   std::vector<double> pressures;
@@ -196,8 +202,9 @@ void serialize(Archive& archive, ChangedModel& m) {
 
 template <class Archive>
 void serialize(Archive& archive, SavedState& s) {
-  archive(s.fingerprint.hashes, s.metrics, s.last_length, s.slow_steps, s.forces, s.pressures, s.grabs,
-          s.motions, s.dynamics, s.contacts, s.kept_contacts, s.edge_ends, s.detector, s.contact_forces);
+  archive(s.fingerprint.hashes, s.settings, s.metrics, s.last_length, s.slow_steps, s.forces, s.pressures,
+          s.grabs, s.motions, s.dynamics, s.contacts, s.kept_contacts, s.edge_ends, s.detector,
+          s.contact_forces);
   archive(s.acting_contacts, s.tie_forces, s.records_reactions, s.reactions, s.changed);
 }
 

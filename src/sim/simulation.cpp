@@ -143,6 +143,12 @@ void Simulation::State::measure() {
   metrics.deepest = deepest();
 }
 
+double Simulation::State::last_change() const {
+  double last = std::max(prescribed.end(), loads.end());
+  for (const Material& material : materials.all) last = std::max(last, end_of(material.fibres.activation));
+  return last;
+}
+
 double Simulation::State::deepest() {
   const Contacts& contacts = detector.contacts();
   double deepest = contacts.size() > 0 ? std::ranges::max(contacts.depth) : 0.0;
@@ -191,7 +197,7 @@ const StepMetrics& Simulation::step() {
   ++s.metrics.step;
   s.metrics.time = static_cast<double>(s.metrics.step) * s.settings.time_step;
   s.measure();
-  const bool slow = s.metrics.fastest_body <= s.settings.rest.speed && s.metrics.time >= s.prescribed.end();
+  const bool slow = s.metrics.fastest_body <= s.settings.rest.speed && s.metrics.time >= s.last_change();
   s.slow_steps = slow ? s.slow_steps + 1 : 0;
   return s.metrics;
 }

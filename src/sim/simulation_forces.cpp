@@ -35,7 +35,7 @@ void Simulation::State::collect_forces() {
     return;
   }
   reactions.resize(bodies.points_rest().size());
-  dynamics.holding_forces(settings.gravity, step_loads, reactions);
+  dynamics.holding_forces(settings.gravity, step_loads.all, reactions);
   for (std::size_t p = 0; p < reactions.size(); ++p)
     if (at(holds.absent, bodies.body_of_point()[p]) != 0) reactions[p] = {};
   for (std::size_t c = 0; c < couplings.size(); ++c) {

@@ -13,6 +13,7 @@ namespace palpate {
 
 SavedState Simulation::State::saved_state() const {
   return {.fingerprint = core->fingerprint,
+          .settings = bytes_of(settings),
           .metrics = metrics,
           .last_length = last_length,
           .slow_steps = slow_steps,
@@ -99,16 +100,18 @@ void Simulation::restore(std::span<const std::byte> bytes) {
     throw Error("saved state", "tie_forces", std::to_string(saved.tie_forces.size()) + " values",
                 std::to_string(ties));
   }
-  std::unique_ptr<State> other = s.held_as(saved);
-  if (other) {
-    other->copy_state(saved);
-    state_ = std::move(other);
-    return;
-  }
   const SavedState before = s.saved_state();
   try {
-    s.copy_state(saved);
+    if (saved.settings != before.settings) change(with_bytes(s.settings, saved.settings));
+    std::unique_ptr<State> other = s.held_as(saved);
+    if (other) {
+      other->copy_state(saved);
+      state_ = std::move(other);
+    } else {
+      s.copy_state(saved);
+    }
   } catch (...) {
+    if (saved.settings != before.settings) change(with_bytes(s.settings, before.settings));
     s.copy_state(before);
     throw;
   }

@@ -112,6 +112,8 @@ struct Simulation::State {
   /// A new state with the constraints of a saved one; null if this state has the same constraints.
   [[nodiscard]] std::unique_ptr<State> held_as(const SavedState& saved) const;
   void copy_state(const SavedState& saved);
+  /// Time from which on no motion, load or activation is given that changes, s.
+  [[nodiscard]] double last_change() const;
 
   std::shared_ptr<const SimulationCore> core;
   const Bodies& bodies;
@@ -125,7 +127,7 @@ struct Simulation::State {
   PrescribedMotions prescribed;
   fem::Dynamics dynamics;
   Loads loads;
-  std::span<const Vec3> step_loads;  ///< forces on points of the step, N; or empty
+  fem::ExternalForces step_loads;  ///< forces on points of the step
   Grabs grabs;
   Detector detector;
   std::vector<Material> contact_materials;

@@ -91,7 +91,8 @@ void Simulation::State::reset_counts() {
 }
 
 void Simulation::State::begin_step() {
-  step_loads = loads.forces(bodies, dynamics.positions(), settings.gravity, substep.end);
+  const auto positions = loads.presses() ? dynamics.deformed_positions(substep.length) : dynamics.positions();
+  step_loads = loads.forces(bodies, positions, settings.gravity, substep.end);
   dynamics.begin_step(substep.length, settings.gravity, step_loads);
   progress.stopped_passes = 0;
   progress.least_stops = std::numeric_limits<std::int64_t>::max();

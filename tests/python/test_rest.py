@@ -52,3 +52,33 @@ def test_coarse_boxes_come_to_rest():
     fallen = [seed for seed, speed in moving if speed > 1.0]
     assert fallen == [25, 46]
     assert len(moving) <= 4, moving
+
+
+def held_block(**keys):
+    lower = {"lower": [-1, -1, -0.0201], "upper": [1, 1, -0.0199]}
+    return {
+        "time_step": 0.01,
+        "gravity": [0, 0, 0],
+        "bodies": [{"name": "block", "box": {"cells": [3, 3, 2], "size": [0.1, 0.1, 0.04]},
+                    "material": {"model": "stable-neo-hookean"}, "fixed": [{"box": lower}], **keys}],
+    }
+
+
+def test_nothing_is_at_rest_before_a_ramp_has_ended():
+    """A load and a muscle that act from 0.5 s on: the run ended after 0.05 s, with nothing moved."""
+    ramp = {"times": [0.5, 1.0], "factors": [0, 1]}
+    upper = {"lower": [-1, -1, 0.0199], "upper": [1, 1, 0.0201]}
+    pulled = held_block(loads=[{"force": [0, 0, 5], "box": upper, "ramp": ramp}])
+    muscle = held_block()
+    muscle["bodies"][0]["material"]["fibres"] = {"active_stress": 20000, "activation": ramp}
+    for scene in (pulled, muscle):
+        simulation = palpate.Simulation(scene, threads=1)
+        simulation.run(1000, until_rest=True)
+        assert simulation.at_rest
+        assert 1.0 < simulation.metrics.time < 5.0
+        assert np.abs(simulation.positions - simulation.bodies.points_rest).max() > 1e-4
+    # A ramp that does not change any more does not count.
+    steady = held_block(loads=[{"force": [0, 0, 5], "box": upper, "ramp": {"times": [0, 900], "factors": [1, 1]}}])
+    simulation = palpate.Simulation(steady, threads=1)
+    simulation.run(1000, until_rest=True)
+    assert simulation.metrics.time < 5.0

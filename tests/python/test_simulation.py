@@ -337,3 +337,38 @@ def test_a_restored_simulation_goes_on_with_the_same_bits(tmp_path):
     with pytest.raises(palpate.Error):
         palpate.Simulation(block()).restore(one.save())
     assert two.state_hash == one.state_hash
+
+
+@pytest.mark.parametrize("changed", [
+    {"contact": {"friction": 0.0}}, {"gravity": (0, 0, -1.6)}, {"solver": {"tolerance": 1e-7}},
+    {"contact": {"stiffness": 500.0}}, {"contact": {"damping": 0.0}},
+])
+def test_a_restored_simulation_has_the_settings_that_were_changed(changed):
+    """Restored ones went on with the settings of the scene, and said nothing."""
+    scene = {
+        "contact": {"friction": 0.5},
+        "bodies": [
+            {"name": "floor", "box": {"cells": [4, 4, 1], "size": [0.4, 0.4, 0.02]}, "translate": [0, 0, -0.01],
+             "obstacle": True},
+            {"name": "block", "box": {"cells": [2, 2, 1], "size": [0.08, 0.08, 0.04]}, "translate": [0, 0, 0.0201],
+             "velocity": [0.5, 0, 0], "material": {}},
+        ],
+    }
+    simulation = palpate.Simulation(scene, threads=1)
+    simulation.run(5)
+    before = simulation.save()
+    simulation.change(**changed)
+    simulation.run(5)
+    saved = simulation.save()
+    other = palpate.Simulation(scene, threads=1)
+    other.restore(saved)
+    assert other.state_hash == simulation.state_hash
+    for one in (simulation, other):
+        one.run(20)
+    assert other.state_hash == simulation.state_hash
+    # And back to the settings of a state before the change.
+    other.restore(before)
+    unchanged = palpate.Simulation(scene, threads=1)
+    unchanged.run(25)
+    other.run(20)
+    assert other.state_hash == unchanged.state_hash
