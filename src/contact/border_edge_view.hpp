@@ -20,6 +20,8 @@ class BorderEdgeView {
 
   [[nodiscard]] std::size_t size() const { return edges_.size(); }
   [[nodiscard]] std::span<const BorderEdge> edges() const { return edges_; }
+  /// (n_contacts) their points.
+  [[nodiscard]] std::span<const Index> points() const { return point_; }
   /// The point of a contact, and the body that it is in.
   [[nodiscard]] Index point(Index contact) const { return at(point_, contact); }
   [[nodiscard]] Index body_of(Index contact) const { return at(body_, contact); }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <bit>
+#include <limits>
 
 #include "geometry/predicates.hpp"
 #include "room.hpp"
@@ -39,6 +40,18 @@ FixedBox box_of_piece(const FixedPoint& a, const FixedPoint& b, std::int32_t i, 
   const auto y = along(a.y, b.y);
   const auto z = along(a.z, b.z);
   return {{x.first, y.first, z.first, 0}, {x.second, y.second, z.second, 0}};
+}
+
+/// Sorts pairs that are few, and nearly in order, most often.
+void sort_few(std::span<EdgeInTriangle> pairs) {
+  constexpr std::size_t few = 32;
+  if (pairs.size() > few) return std::sort(pairs.begin(), pairs.end());
+  for (std::size_t i = 1; i < pairs.size(); ++i) {
+    const EdgeInTriangle pair = pairs[i];
+    std::size_t place = i;
+    for (; place > 0 && pair < pairs[place - 1]; --place) pairs[place] = pairs[place - 1];
+    pairs[place] = pair;
+  }
 }
 
 }  // namespace
@@ -90,19 +103,13 @@ class ClusteredCrossings::Work {
     const std::span<const BorderEdge> edges = problem_.border.edges();
     for (std::size_t e = begin; e < end;) {
       const Index contact = edges[e].contact;
-      const std::size_t most = std::min(end - e, EdgeStar::most);
-      std::size_t size = 0;
-      do {
-        star_.other[size] = edges[e + size].free_point;
-        ++size;
-      } while (size < most && edges[e + size].contact == contact);
       point_ = problem_.border.point(contact);
       body_ = problem_.border.body_of(contact);
       own_ = at(problem_.frame.bodies().body_of_point(), point_) == body_;
       first_edge_ = static_cast<Index>(e);
       star_.point = points_[point_];
-      star_.size = size;
-      kernels_.gather_star(points_, star_);
+      kernels_.gather_star(points_, edges.subspan(e, end - e), star_);
+      const std::size_t size = star_.size;
       use();
       e += size;
     }
@@ -152,15 +159,15 @@ class ClusteredCrossings::Work {
 
   void test(std::span<const std::int32_t> leaves, std::span<std::int32_t> entries,
             std::vector<EdgeInTriangle>& found) {
-    const auto extent_of = [&](std::int32_t leaf) { return tree_.extent(leaf); };
-    const std::int32_t extent = extent_of(*std::ranges::max_element(leaves, {}, extent_of));
+    std::int32_t extent = 0;
+    for (const std::int32_t leaf : leaves) extent = std::max(extent, tree_.extent(leaf));
     const auto reach = static_cast<float>(star_.reach) + static_cast<float>(extent + piece_margin + 1);
     StarHits hits;
     kernels_.test_star(points_, tree_.triangles(), entries, star_, reach, hits);
     const float bound = hits.bound;
+    const float enough = own_ ? std::numeric_limits<float>::infinity() : bound;
     const float* least = hits.least.data();
     const Index* const triangles = tree_.triangles()->triangle.data();
-    const bool own = own_;
     const Index first_edge = first_edge_;
     for (const StarHits::Hit& hit : std::span(hits.hit).first(hits.size)) {
       const std::int32_t* const of_hit = entries.data() + hit.place / EdgeStar::most;
@@ -169,8 +176,7 @@ class ClusteredCrossings::Work {
         const auto lane = static_cast<std::size_t>(std::countr_zero(left));
         const std::uint32_t edge = hit.place % EdgeStar::most;
         const Index triangle = triangles[of_hit[lane]];
-        const bool surely = least[lane] > bound;
-        if ((surely && !own) || meets(star_.other[edge], triangle, surely))
+        if (least[lane] > enough || meets(star_.other[edge], triangle, least[lane] > bound))
           found.push_back({triangle, first_edge + static_cast<Index>(edge)});
         left &= left - 1;
       } while (left != 0);
@@ -193,7 +199,7 @@ class ClusteredCrossings::Work {
   /// Sorts the pairs of a star.
   void put_in_order(std::vector<EdgeInTriangle>& found, std::size_t first) const {
     const auto begin = found.begin() + static_cast<std::ptrdiff_t>(first);
-    std::sort(begin, found.end());
+    sort_few(std::span(begin, found.end()));
     // Pieces of an edge may have found a pair twice.
     if (in_pieces_) found.erase(std::unique(begin, found.end()), found.end());
   }

@@ -21,7 +21,7 @@ TriangleTree::TriangleTree(const Bodies& bodies, const Clusters& clusters)
     for (std::size_t place = 0; place < BoxGroup::most; ++place) {
       const Index triangle = own[place < own.size() ? place : 0];
       for (std::size_t k = 0; k < 3; ++k)
-        triangles_[c].corner[k][place] = at(bodies.triangles(), triangle)[k];
+        triangles_[c].corner[k][place] = simd::place_of_point(at(bodies.triangles(), triangle)[k]);
       triangles_[c].triangle[place] = place < own.size() ? triangle : -1;
     }
     const auto number = static_cast<Index>(c);

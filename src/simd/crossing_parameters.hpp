@@ -4,7 +4,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <span>
 
+#include <palpate/detection.hpp>
 #include <palpate/types.hpp>
 
 #include "simd/vector_rows.hpp"
@@ -37,5 +39,15 @@ struct SegmentsInTriangles {
 /// Computes crossing_parameter() of the first `size` lanes, with the same bits, except where it needs exact
 /// arithmetic. Lanes beyond may change.
 void find_parameters(const Vec3* positions, SegmentsInTriangles& segments, std::size_t size);
+
+/// Border edges, and the triangles that they meet.
+struct CrossedTriangles {
+  std::span<const Vec3> positions;
+  std::span<const Index> point_of_contact;
+  std::span<const BorderEdge> edges;
+  std::span<const Triangle> triangles;
+};
+/// The same for crossings. Returns whether double precision can decide all of them.
+bool find_parameters(const CrossedTriangles& all, std::span<Crossing> crossings);
 
 }  // namespace palpate::simd

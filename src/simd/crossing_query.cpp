@@ -51,7 +51,7 @@ void fit_leaves(const FixedPoint* points, std::span<const LeafTriangles> triangl
     for (std::size_t lane = 0; lane < BoxGroup::most; lane += lanes()) {
       const auto corner = [&](std::size_t i) HWY_ATTR {
         const std::int32_t* const places = triangles[leaf].corner[i].data() + lane;
-        return load_rows(ints, [&](std::size_t at) HWY_ATTR { return &points[places[at]].x; });
+        return load_rows(ints, [&](std::size_t at) HWY_ATTR { return &points->x + places[at]; });
       };
       const auto unused = hn::Lt(load(triangles[leaf].triangle, lane), hn::Zero(ints));
       const RowColumns<Ints> a = corner(0);
@@ -93,7 +93,8 @@ void fit_parent(std::span<const BoxGroup> children, BoxGroup& parent) {
 
 std::size_t list_children(const BoxGroup* level, const std::int32_t* first_child,
                           std::span<const std::int32_t> nodes, const FixedBox& box, std::int32_t* children) {
-  const Int lower[3] = {hn::Set(ints, box.lower.x), hn::Set(ints, box.lower.y), hn::Set(ints, box.lower.z)};
+  const Int below[3] = {hn::Set(ints, box.lower.x - 1), hn::Set(ints, box.lower.y - 1),
+                        hn::Set(ints, box.lower.z - 1)};
   const Int upper[3] = {hn::Set(ints, box.upper.x), hn::Set(ints, box.upper.y), hn::Set(ints, box.upper.z)};
   const Int first_places = hn::Iota(ints, 0);
   std::size_t count = 0;
@@ -101,48 +102,64 @@ std::size_t list_children(const BoxGroup* level, const std::int32_t* first_child
     const BoxGroup& group = level[node];
     Int number = hn::Add(first_places, hn::Set(ints, first_child[node]));
     for (std::size_t lane = 0; lane < BoxGroup::most; lane += lanes()) {
-      // Negative where two intervals are apart.
-      const auto apart = [&](std::size_t k) HWY_ATTR {
-        return hn::Or(hn::Sub(upper[k], load(group.lower[k], lane)),
-                      hn::Sub(load(group.upper[k], lane), lower[k]));
-      };
-      const Int out = hn::Or(hn::Or(apart(0), apart(1)), apart(2));
-      count += store_kept(number, hn::Gt(out, hn::Set(ints, -1)), children + count);
+      // Negative where an interval of the group begins beyond the box, or does not end before it.
+      const auto beyond = [&](std::size_t k)
+                              HWY_ATTR { return hn::Sub(upper[k], load(group.lower[k], lane)); };
+      const auto reaches = [&](std::size_t k)
+                               HWY_ATTR { return hn::Sub(below[k], load(group.upper[k], lane)); };
+      const Int out = hn::Or(hn::Or(beyond(0), beyond(1)), beyond(2));
+      const Int in = hn::And(hn::And(reaches(0), reaches(1)), reaches(2));
+      count += store_kept(number, hn::Lt(hn::AndNot(out, in), hn::Zero(ints)), children + count);
       number = hn::Add(number, hn::Set(ints, static_cast<std::int32_t>(lanes())));
     }
   }
   return count;
 }
 
+/// Calls use(e, q) for the edges of a star; q is the other end of edge e.
+template <class Use>
+HWY_INLINE void for_each_end(const FixedPoint* points, std::span<const BorderEdge> edges, EdgeStar& star,
+                             const Use& use) {
+  const Index contact = edges.front().contact;
+  const std::size_t most = std::min(edges.size(), EdgeStar::most);
+  std::size_t size = 0;
+  do {
+    const Index other = edges[size].free_point;
+    star.other[size] = other;
+    use(size, points[other]);
+    ++size;
+  } while (size < most && edges[size].contact == contact);
+  star.size = size;
+}
+
 #if HWY_TARGET == HWY_SCALAR
-void gather_star(const FixedPoint* points, EdgeStar& star) {
+void gather_star(const FixedPoint* points, std::span<const BorderEdge> edges, EdgeStar& star) {
   const FixedPoint& p = star.point;
   star.box = {p, p};
-  for (std::size_t e = 0; e < star.size; ++e) {
-    const FixedPoint& q = points[star.other[e]];
+  for_each_end(points, edges, star, [&](std::size_t e, const FixedPoint& q) {
     FixedPoint& l = star.box.lower;
     FixedPoint& u = star.box.upper;
     l = {std::min(l.x, q.x), std::min(l.y, q.y), std::min(l.z, q.z), 0};
     u = {std::max(u.x, q.x), std::max(u.y, q.y), std::max(u.z, q.z), 0};
     star.along[e] = {static_cast<float>(q.x - p.x), static_cast<float>(q.y - p.y),
                      static_cast<float>(q.z - p.z), 0.0F};
-  }
+  });
   const auto [l, u] = star.box;
   star.reach = std::max({p.x - l.x, p.y - l.y, p.z - l.z, u.x - p.x, u.y - p.y, u.z - p.z});
 }
 #else
-void gather_star(const FixedPoint* points, EdgeStar& star) {
+void gather_star(const FixedPoint* points, std::span<const BorderEdge> edges, EdgeStar& star) {
   const hn::FixedTag<std::int32_t, 4> d;
   const hn::RebindToFloat<decltype(d)> in_float;
   const auto point = hn::Load(d, &star.point.x);
   auto lower = point;
   auto upper = point;
-  for (std::size_t e = 0; e < star.size; ++e) {
-    const auto other = hn::Load(d, &points[star.other[e]].x);
+  for_each_end(points, edges, star, [&](std::size_t e, const FixedPoint& end) HWY_ATTR {
+    const auto other = hn::Load(d, &end.x);
     lower = hn::Min(lower, other);
     upper = hn::Max(upper, other);
     hn::Store(hn::ConvertTo(in_float, hn::Sub(other, point)), in_float, star.along[e].data());
-  }
+  });
   hn::Store(lower, d, &star.box.lower.x);
   hn::Store(upper, d, &star.box.upper.x);
   FixedPoint away;
@@ -166,7 +183,7 @@ struct Cones {
     for (std::size_t i = 0; i < 3; ++i) {
       const std::int32_t* const places = triangles->corner[i].data();
       const auto [x, y, z] =
-          load_rows(ints, [&](std::size_t lane) HWY_ATTR { return &points[places[entries[lane]]].x; });
+          load_rows(ints, [&](std::size_t lane) HWY_ATTR { return &points->x + places[entries[lane]]; });
       corner[i] = {hn::ConvertTo(floats, hn::Sub(x, from_x)), hn::ConvertTo(floats, hn::Sub(y, from_y)),
                    hn::ConvertTo(floats, hn::Sub(z, from_z))};
     }

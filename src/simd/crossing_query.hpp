@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <span>
 
+#include <palpate/detection.hpp>
+
 #include "simd/fixed_points.hpp"
 
 /// The vectorised phases of the edge-triangle query (docs/query.md): a tree of boxes over the surface
@@ -27,9 +29,13 @@ struct BoxGroup {
 /// The triangles of a leaf. Entry e of the tree is place e % 64 of leaf e / 64.
 struct alignas(64) LeafTriangles {
   static constexpr std::int32_t stride = 64;  ///< numbers in a leaf
-  std::array<BoxGroup::Row, 3> corner;        ///< unused places repeat the first
+  std::array<BoxGroup::Row, 3> corner;        ///< places of points; unused ones repeat the first
   BoxGroup::Row triangle;                     ///< -1 in unused places
 };
+/// The place of a point among the numbers of all fixed points.
+constexpr std::int32_t place_of_point(std::int32_t point) {
+  return point * static_cast<std::int32_t>(sizeof(FixedPoint) / sizeof(std::int32_t));
+}
 static_assert(sizeof(LeafTriangles) == LeafTriangles::stride * sizeof(std::int32_t));
 
 /// Edges with a common point, at which they begin.
@@ -74,8 +80,8 @@ struct CrossingKernels {
   std::size_t (*list_children)(const BoxGroup* level, const std::int32_t* first_child,
                                std::span<const std::int32_t> nodes, const FixedBox& box,
                                std::int32_t* children);
-  /// Sets the vectors, the box and the reach of a star from its points.
-  void (*gather_star)(const FixedPoint* points, EdgeStar& star);
+  /// Makes a star of the first border edges, as many as have one contact and fit in, but its point.
+  void (*gather_star)(const FixedPoint* points, std::span<const BorderEdge> edges, EdgeStar& star);
   /// Tests the edges of a star against the triangles of some entries. Pairs that it drops do not meet by
   /// exact arithmetic.
   /// \param entries  1 to StarHits::most_entries; places beyond their end are written
