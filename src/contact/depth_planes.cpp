@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <utility>
 
 #include "contact/depth.hpp"
@@ -41,13 +42,19 @@ void DepthEstimate::lay_out(const Frame& frame) {
   const std::span<const BorderEdge> edges = frame.border_edges;
   constexpr std::size_t edge_grain = 4096;
   resize_with_room(border_begin_, n + 1);
-  if (edges.empty()) std::ranges::fill(border_begin_, 0);
-  parallel::for_each(frame.threads, edges.size(), edge_grain, [&](std::size_t e) {
-    const Index before = e > 0 ? edges[e - 1].contact : -1;
-    for (Index c = before + 1; c <= edges[e].contact; ++c) at(border_begin_, c) = static_cast<Index>(e);
-    if (e + 1 == edges.size())
-      std::fill(border_begin_.begin() + edges[e].contact + 1, border_begin_.end(), static_cast<Index>(e + 1));
-  });
+  parallel::for_chunks(frame.threads, edges.size(), edge_grain,
+                       [&](std::size_t begin, std::size_t end, std::size_t) {
+                         Index* const begin_of = border_begin_.data();
+                         Index next = begin > 0 ? edges[begin - 1].contact + 1 : 0;
+                         for (std::size_t e = begin; e < end; ++e) {
+                           const Index contact = edges[e].contact;
+                           for (; next < contact; ++next)
+                             begin_of[next] = static_cast<Index>(e);  // without border edges
+                           if (next == contact) begin_of[next++] = static_cast<Index>(e);
+                         }
+                       });
+  const std::ptrdiff_t with_edges = edges.empty() ? 0 : edges.back().contact + 1;
+  std::fill(border_begin_.begin() + with_edges, border_begin_.end(), static_cast<Index>(edges.size()));
   resize_with_room(estimates_, n);
   resize_with_room(levels_, n);
   resize_with_room(system_.nodes, n);
@@ -78,7 +85,7 @@ void DepthEstimate::add_crossings(const Frame& frame, std::size_t begin, std::si
               at(frame.crossings.begin(), border_begin_[end]), scratch);
   for (std::size_t c = begin; c < end; ++c) {
     const Range links = frame.links.ranges_of_links()[c];
-    estimates_[c] = Estimate{};
+    std::construct_at(&estimates_[c]);  // in place
     levels_[c] = not_reached;
     system_.nodes[c] = PlaneSystem::Node{.place = {}, .begin = links.begin, .end = links.end};
     estimates_[c].cached = uses_cached_plane(frame, c, late);
@@ -97,6 +104,7 @@ void DepthEstimate::find_planes(const Frame& frame, Index begin, Index end, Scra
   grow_to(scratch.planes, n);
   grow_to(scratch.doubtful, n);
   scratch.first_crossing = begin;
+  scratch.special = false;
   const simd::CrossedEdges edges{points, frame.border_edges, surely_enough_, EdgeExit::here,
                                  1.0 - link_weight};
   const std::size_t doubtful =
@@ -106,9 +114,30 @@ void DepthEstimate::find_planes(const Frame& frame, Index begin, Index end, Scra
     const Index edge = crossing.border_edge;
     // If the edge has other crossings, too, this is done when they are added.
     const bool is_alone = at(frame.crossings.begin(), edge + 1) - at(frame.crossings.begin(), edge) == 1;
-    if (is_alone && normals_.needs_more(crossing.triangle, d))
-      scratch.planes[d.item] = unusual_plane(frame, edge, scratch);
+    if (!is_alone) continue;
+    simd::WeightedPlane& plane = scratch.planes[d.item];
+    if (d.valid) {
+      turn(frame, crossing, normals_.at_weights(frame.positions, crossing.triangle, d.weights), plane);
+    } else {
+      plane = unusual_plane(frame, edge, scratch);
+      scratch.special = scratch.special || plane.special != 0.0;
+    }
   }
+}
+
+/// Gives the plane of a crossing another normal.
+void DepthEstimate::turn(const Frame& frame, const Crossing& crossing, const Vec3& normal,
+                         simd::WeightedPlane& plane) {
+  const auto& [contact, free_point] = at(frame.border_edges, crossing.border_edge);
+  const Vec3& p = at(frame.positions, at(frame.table.contacts().point, contact));
+  const double t = crossing.parameter;
+  const double weight = 1.0 / (t * t) - (1.0 - link_weight);
+  const double inverse = plane.sums[5];
+  const Vec3 weighted = inverse * (weight * normal);
+  plane.sums[0] = inverse * (weight * t * dot(at(frame.positions, free_point) - p, normal));
+  plane.sums[1] = weighted.x;
+  plane.sums[2] = weighted.y;
+  plane.sums[3] = weighted.z;
 }
 
 /// Adds the planes of a contact's border edges.
@@ -118,13 +147,14 @@ void DepthEstimate::add_border(const Frame& frame, std::size_t c, Scratch& scrat
       frame.crossings.begin().subspan(begin, static_cast<std::size_t>(border_begin_[c + 1]) - begin + 1);
   const simd::WeightedPlane* plane = scratch.planes.data() + (crossings[0] - scratch.first_crossing);
   BorderSums sums;
-  for (std::size_t e = 0; e + 1 < crossings.size(); ++e, ++plane) {
-    if (crossings[e + 1] - crossings[e] != 1 || plane->special != 0.0) {
-      sums = unusual_border(frame, c, scratch);
-      break;
-    }
-    sums.add(*plane);
+  Index next = crossings[0];
+  bool is_usual = !scratch.special;
+  for (const Index end : crossings.subspan(1)) {
+    is_usual = is_usual && end == ++next;
+    if (!is_usual) break;
+    sums.add(*plane++);
   }
+  if (!is_usual) sums = unusual_border(frame, c, scratch);
   Estimate& estimate = estimates_[c];
   estimate.edges = sums.other_edges ? sums.edges : sums.sums[5];
   estimate.depth = sums.sums[0];

@@ -41,37 +41,39 @@ std::uint32_t NearFaces::pair_of(std::uint32_t last, Index tet) const {
   return last;
 }
 
-/// Goes through the near faces of a tet. Calls found(walk, face) for those at the surface.
+/// Goes through the near faces of a tet. Calls found(pair, opposite, distance, nearest point) for those at
+/// the surface.
 template <class Found>
 void NearFaces::visit(const Frame& frame, std::uint32_t pair, Found&& found) {
   const auto [point, tet, before] = pairs_[pair];
-  const std::array<double, 4> squared = squared_[pair];
+  Walk& walk = walks_[point];
+  const std::array<double, 4>& squared = squared_[pair];
   const std::array<Index, 4>& neighbors = at(frame.bodies.tet_neighbors(), tet);
   const Index without = frame.points[point].without;
   for (std::size_t k = 0; k < 4; ++k) {
-    if (!(squared[k] < walks_[point].radius2)) continue;
+    if (!(squared[k] < walk.radius2)) continue;
     const Index neighbor = neighbors[k];
     if (neighbor >= 0) {
-      if (pair_of(walks_[point].last, neighbor) != none) continue;
+      if (pair_of(walk.last, neighbor) != none) continue;
       if (without >= 0 && has_corner(at(frame.bodies.tets(), neighbor), without)) continue;
-      if (walks_[point].tets < most_tets) {
+      if (walk.tets < most_tets) {
         add(point, neighbor);
       } else {
-        walks_[point].gave_up = true;
-        walks_[point].radius2 = 0.0;
+        walk.gave_up = true;
+        walk.radius2 = 0.0;
       }
       continue;
     }
-    const Index triangle = frame.bodies.triangle_of_face(tet, k);
-    if (without >= 0 && has_corner(at(frame.bodies.triangles(), triangle), without)) continue;
     const Tet& corners = at(frame.bodies.tets(), tet);
     const auto& [a, b, c] = outward_face[k];
+    if (without >= 0 && has_corner(Triangle{corners[a], corners[b], corners[c]}, without)) continue;
     const std::array<Vec3, 3> face{at(frame.positions, corners[a]), at(frame.positions, corners[b]),
                                    at(frame.positions, corners[c])};
     // A face without area: its edges belong to its neighbours too.
-    if (cross(face[1] - face[0], face[2] - face[0]) == Vec3{}) continue;
-    const Vec3 x = nearest_on_triangle(frame.places[point], face);
-    found(walks_[point], Face{point, triangle, length(x - frame.places[point]), x});
+    const Vec3 normal = cross(face[1] - face[0], face[2] - face[0]);
+    if (normal == Vec3{}) continue;
+    const Vec3 x = nearest_on_triangle(frame.places[point], face, normal);
+    found(pair, k, length(x - frame.places[point]), x);
   }
 }
 
@@ -87,24 +89,28 @@ void NearFaces::walk_on(const Frame& frame, Found&& found) {
 }
 
 void NearFaces::find(const Frame& frame) {
-  count_ = 0;
+  count_ = static_cast<std::uint32_t>(frame.points.size());
   found_.clear();
-  next_.clear();
-  for (std::uint32_t p = 0; p < frame.points.size(); ++p) {
-    const double reach = frame.points[p].reach;
-    walks_[p] = {.radius2 = rounded_up(frame, reach)};
-    add(p, frame.points[p].tet);
+  next_.resize(count_);
+  std::uint32_t* const next = next_.data();
+  for (std::uint32_t p = 0; p < count_; ++p) {
+    walks_[p] = {.radius2 = rounded_up(frame, frame.points[p].reach), .last = p, .tets = 1};
+    pairs_[p] = {p, frame.points[p].tet, none};
+    next[p] = p;
   }
-  walk_on(frame, [&](const Walk&, const Face& face) {
-    if (face.distance < frame.points[face.point].reach) found_.push_back(face);
+  walk_on(frame, [&](std::uint32_t pair, std::size_t opposite, double distance, const Vec3& x) {
+    const auto& [point, tet, before] = pairs_[pair];
+    if (distance < frame.points[point].reach)
+      found_.push_back({point, frame.bodies.triangle_of_face(tet, opposite), distance, x});
   });
 }
 
 void NearFaces::search(const Frame& frame, std::span<const Search> searches) {
-  const auto found = [&](Walk& walk, const Face& face) {
-    if (!(face.distance < walk.nearest)) return;
-    walk.nearest = face.distance;
-    walk.radius2 = face.distance <= walk.enough ? 0.0 : rounded_up(frame, face.distance);
+  const auto found = [&](std::uint32_t pair, std::size_t, double distance, const Vec3&) {
+    Walk& walk = walks_[pairs_[pair].point];
+    if (!(distance < walk.nearest)) return;
+    walk.nearest = distance;
+    walk.radius2 = distance <= walk.enough ? 0.0 : rounded_up(frame, distance);
   };
   next_.clear();
   for (const auto& [point, bound, enough] : searches) {

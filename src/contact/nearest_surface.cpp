@@ -26,7 +26,10 @@ Vec3 face_normal(const Bodies& bodies, std::span<const Vec3> positions, Index te
 }
 
 Vec3 nearest_on_triangle(const Vec3& p, const std::array<Vec3, 3>& t) {
-  const Vec3 normal = cross(t[1] - t[0], t[2] - t[0]);
+  return nearest_on_triangle(p, t, cross(t[1] - t[0], t[2] - t[0]));
+}
+
+Vec3 nearest_on_triangle(const Vec3& p, const std::array<Vec3, 3>& t, const Vec3& normal) {
   const bool inside = squared_length(normal) > 0.0 && dot(cross(t[1] - t[0], p - t[0]), normal) >= 0.0 &&
                       dot(cross(t[2] - t[1], p - t[1]), normal) >= 0.0 &&
                       dot(cross(t[0] - t[2], p - t[2]), normal) >= 0.0;

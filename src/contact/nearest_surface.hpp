@@ -31,6 +31,8 @@ Vec3 nearest_on_segment(const Vec3& p, const Vec3& a, const Vec3& b);
 /// Nearest point of a triangle: the projection onto its plane if that is inside, otherwise a point on the
 /// nearest edge.
 Vec3 nearest_on_triangle(const Vec3& p, const std::array<Vec3, 3>& triangle);
+/// \param normal  cross product of the sides from the first corner
+Vec3 nearest_on_triangle(const Vec3& p, const std::array<Vec3, 3>& triangle, const Vec3& normal);
 
 /// Whether a triangle with this normal has a point nearer than `radius`; its plane must be within `radius`.
 /// Agrees with nearest_on_triangle() up to rounding, but needs neither a division nor a root.

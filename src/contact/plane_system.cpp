@@ -96,6 +96,7 @@ int PlaneSystem::solve_components(const parallel::Threads& threads, double toler
       partial_[chunk] = sums;
     });
     const Sums next = total();
+    if (!next.far) return iteration + 1;
     Plane keep{};
     for (std::size_t k = 0; k < components; ++k) {
       if (now.sums[k] > 0.0) keep[k] = next.sums[k] / now.sums[k];

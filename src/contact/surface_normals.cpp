@@ -50,7 +50,7 @@ SurfaceNormals::SurfaceNormals(const Bodies& bodies) {
 
 SurfaceNormals::Across SurfaceNormals::find_creases(const Bodies& bodies) {
   const std::span<const Triangle> triangles = bodies.triangles();
-  creases_.assign(triangles.size(), 0);
+  for (const Triangle& t : triangles) triangles_.push_back({t, {-1, -1, -1}});
   Across across(bodies.triangle_neighbors().begin(), bodies.triangle_neighbors().end());
   std::vector<std::uint8_t> on_crease(bodies.points_rest().size(), 0);
   std::vector<Vec3> normals(triangles.size());
@@ -61,13 +61,13 @@ SurfaceNormals::Across SurfaceNormals::find_creases(const Bodies& bodies) {
       Index& other = across[t][i];
       if (other >= 0 && dot(normals[t], at(normals, other)) >= smooth_cosine) continue;
       other = -1;
-      creases_[t] |= static_cast<std::uint8_t>(1U << i);
+      triangles_[t].creases |= 1U << i;
       at(on_crease, triangles[t][(i + 1) % 3]) = at(on_crease, triangles[t][(i + 2) % 3]) = 1;
     }
   }
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     for (std::size_t i = 0; i < 3; ++i) {
-      if (at(on_crease, triangles[t][i]) != 0) creases_[t] |= static_cast<std::uint8_t>(8U << i);
+      if (at(on_crease, triangles[t][i]) != 0) triangles_[t].creases |= 8U << i;
     }
   }
   return across;
@@ -77,8 +77,6 @@ SurfaceNormals::Across SurfaceNormals::find_creases(const Bodies& bodies) {
 /// first. Sums over a fan have this order.
 void SurfaceNormals::find_fans(const Bodies& bodies, const Across& across) {
   const std::span<const Triangle> triangles = bodies.triangles();
-  triangles_.resize(triangles.size());
-  for (std::size_t t = 0; t < triangles.size(); ++t) triangles_[t] = {triangles[t], {-1, -1, -1}};
   const Rows corners = corners_of_points(bodies);
   std::vector<Fan> fans;
   std::vector<Index> reached;  // of all fans, as in `corners`
@@ -162,8 +160,8 @@ void SurfaceNormals::prepare_wanted(const parallel::Threads& threads, std::span<
 }
 
 /// Distance of a point of a triangle from the nearest crease, in heights of the triangle; at most 1.
-double SurfaceNormals::from_crease(Index triangle, const std::array<double, 3>& w) const {
-  const unsigned creases = at(creases_, triangle);
+double SurfaceNormals::from_crease(Index triangle, const Weights& w) const {
+  const std::uint32_t creases = at(triangles_, triangle).creases;
   double distance = 1.0;
   for (std::size_t i = 0; i < 3; ++i) {
     if ((creases & (1U << i)) != 0) distance = std::min(distance, w[i]);
@@ -172,15 +170,18 @@ double SurfaceNormals::from_crease(Index triangle, const std::array<double, 3>& 
   return distance;
 }
 
+SurfaceNormals::Weights SurfaceNormals::weights(std::span<const Vec3> positions, Index triangle,
+                                                const Vec3& x) const {
+  const std::array<Vec3, 3> corners = corners_of(positions, at(triangles_, triangle).corners);
+  return weights_in(corners, area_vector(corners), x);
+}
+
 /// \param area_of  function: sum of the area vectors of a fan
 /// \param unit_of  function: its unit vector
 template <class AreaOfFan, class UnitOfFan>
-Vec3 SurfaceNormals::interpolated(std::span<const Vec3> positions, Index triangle, const Vec3& x,
+Vec3 SurfaceNormals::interpolated(std::span<const Vec3> positions, Index triangle, const Weights& w,
                                   const AreaOfFan& area_of, const UnitOfFan& unit_of) const {
   const simd::SmoothTriangle& t = at(triangles_, triangle);
-  const std::array<Vec3, 3> corners = corners_of(positions, t.corners);
-  const Vec3 area = area_vector(corners);
-  const std::array<double, 3> w = weights_in(corners, area, x);
   Vec3 smooth;
   for (std::size_t i = 0; i < 3; ++i) smooth += w[i] * unit_of(t.fans[i]);
   Vec3 normal = smooth;
@@ -188,15 +189,21 @@ Vec3 SurfaceNormals::interpolated(std::span<const Vec3> positions, Index triangl
   if (from_crease < band) {
     Vec3 joined;
     for (std::size_t i = 0; i < 3; ++i) {
+      const std::span<const Index> fans = fans_of_point_[t.corners[i]];
       Vec3 of_point;
-      for (const Index fan : fans_of_point_[t.corners[i]]) of_point += area_of(fan);
-      joined += w[i] * normalized(of_point);
+      if (fans.size() > 1) {
+        for (const Index fan : fans) of_point += area_of(fan);
+        of_point = normalized(of_point);
+      } else {
+        of_point = unit_of(t.fans[i]);
+      }
+      joined += w[i] * of_point;
     }
     const double fraction = 1.0 - from_crease / band;
     normal = (1.0 - fraction) * smooth + fraction * joined;
   }
   normal = normalized(normal);
-  return normal == Vec3{} ? normalized(area) : normal;
+  return normal == Vec3{} ? normalized(area_vector(positions, t.corners)) : normal;
 }
 
 /// Sum of the area vectors of a fan's triangles, as simd::find_fan_normals() computes it.
@@ -209,16 +216,17 @@ Vec3 SurfaceNormals::area_of_fan(std::span<const Vec3> positions, Index fan) con
   return area;
 }
 
-Vec3 SurfaceNormals::at_point(std::span<const Vec3> positions, Index triangle, const Vec3& x) const {
+Vec3 SurfaceNormals::at_weights(std::span<const Vec3> positions, Index triangle, const Weights& w) const {
   const auto area_of = [&](Index fan) {
     return wanted_.is_listed(fan) ? at(areas_, fan) : area_of_fan(positions, fan);
   };
-  return interpolated(positions, triangle, x, area_of, [&](Index fan) { return at(units_, fan); });
+  return interpolated(positions, triangle, w, area_of, [&](Index fan) { return at(units_, fan); });
 }
 
 Vec3 SurfaceNormals::at_point_now(std::span<const Vec3> positions, Index triangle, const Vec3& x) const {
   return interpolated(
-      positions, triangle, x, [&](Index fan) { return area_of_fan(positions, fan); },
+      positions, triangle, weights(positions, triangle, x),
+      [&](Index fan) { return area_of_fan(positions, fan); },
       [&](Index fan) { return normalized(area_of_fan(positions, fan)); });
 }
 
@@ -226,8 +234,7 @@ void SurfaceNormals::at_points(std::span<const Vec3> positions, std::span<const 
                                std::span<Vec3> normals, std::span<simd::Doubtful> scratch) const {
   const std::size_t doubtful = simd::find_normals(smooth(positions), points, normals, scratch);
   for (const simd::Doubtful& d : scratch.first(doubtful)) {
-    const auto& [triangle, x] = points[d.item];
-    if (needs_more(triangle, d)) normals[d.item] = at_point(positions, triangle, x);
+    normals[d.item] = at_weights(positions, points[d.item].triangle, d.weights);
   }
 }
 

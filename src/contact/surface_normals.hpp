@@ -26,6 +26,7 @@ namespace palpate {
 /// Normals are prepared only where they are needed.
 class SurfaceNormals {
  public:
+  using Weights = std::array<double, 3>;
   /// O(n log n) in triangles. `bodies` must not change afterwards.
   explicit SurfaceNormals(const Bodies& bodies);
 
@@ -40,7 +41,11 @@ class SurfaceNormals {
 
   /// Unit normal at x, a point of a prepared triangle; zero where the triangle and all around it have no
   /// area.
-  [[nodiscard]] Vec3 at_point(std::span<const Vec3> positions, Index triangle, const Vec3& x) const;
+  [[nodiscard]] Vec3 at_point(std::span<const Vec3> positions, Index triangle, const Vec3& x) const {
+    return at_weights(positions, triangle, weights(positions, triangle, x));
+  }
+  /// at_point() of the point with these weights_in() the triangle.
+  [[nodiscard]] Vec3 at_weights(std::span<const Vec3> positions, Index triangle, const Weights& w) const;
   /// at_point() for many points, with the same bits.
   /// \param scratch  (n_points)
   void at_points(std::span<const Vec3> positions, std::span<const simd::PointOfTriangle> points,
@@ -51,10 +56,6 @@ class SurfaceNormals {
   /// For the interpolation in prepared triangles.
   [[nodiscard]] simd::SmoothTriangles smooth(std::span<const Vec3> positions) const {
     return {positions, triangles_, units_, band};
-  }
-  /// Whether the interpolation alone does not give the normal.
-  [[nodiscard]] bool needs_more(Index triangle, const simd::Doubtful& doubtful) const {
-    return !doubtful.valid || (at(creases_, triangle) != 0 && from_crease(triangle, doubtful.weights) < band);
   }
 
  private:
@@ -69,12 +70,11 @@ class SurfaceNormals {
   void number_fans(std::vector<Fan>& fans, std::span<const Index> corners);
   [[nodiscard]] Vec3 area_of_fan(std::span<const Vec3> positions, Index fan) const;
   template <class AreaOfFan, class UnitOfFan>
-  [[nodiscard]] Vec3 interpolated(std::span<const Vec3> positions, Index triangle, const Vec3& x,
+  [[nodiscard]] Vec3 interpolated(std::span<const Vec3> positions, Index triangle, const Weights& w,
                                   const AreaOfFan& area_of, const UnitOfFan& unit_of) const;
-  [[nodiscard]] double from_crease(Index triangle, const std::array<double, 3>& weights) const;
+  [[nodiscard]] Weights weights(std::span<const Vec3> positions, Index triangle, const Vec3& x) const;
+  [[nodiscard]] double from_crease(Index triangle, const Weights& w) const;
 
-  /// Bits 0-2: the edge opposite corner i is a crease; bits 3-5: corner i is an end of a crease.
-  std::vector<std::uint8_t> creases_;            ///< (n_triangles)
   std::vector<simd::SmoothTriangle> triangles_;  ///< (n_triangles)
   /// Fans: the triangles around a point that are connected over smooth edges. Those of a body are in the
   /// order of their length.

@@ -85,8 +85,7 @@ bool find_parameters_of(const CrossedTriangles& all, std::span<Crossing> crossin
   const BorderEdge* edges = all.edges.data();
   const Triangle* triangles = all.triangles.data();
   Double least = hn::Zero(doubles);
-  for (std::size_t begin = 0; begin < crossings.size(); begin += double_lanes) {
-    const Block block{begin, crossings.size() - 1};
+  for_each_block(crossings.size(), [&](const auto& block) HWY_ATTR {
     std::array<const BorderEdge*, double_lanes> edge;
     std::array<const Triangle*, double_lanes> triangle;
     for (std::size_t lane = 0; lane < double_lanes; ++lane) {
@@ -108,7 +107,7 @@ bool find_parameters_of(const CrossedTriangles& all, std::span<Crossing> crossin
     alignas(64) double row[double_lanes];
     hn::Store(parameter, doubles, row);
     for (std::size_t lane = 0; lane < double_lanes; ++lane) crossings[block.item(lane)].parameter = row[lane];
-  }
+  });
   return hn::AllFalse(doubles, hn::Lt(least, hn::Zero(doubles)));
 }
 

@@ -155,9 +155,20 @@ struct TriangleLanes {
   }
 };
 
+bool is_near_crease(std::uint32_t creases, const std::array<double, 3>& weights, double margin) {
+  std::uint32_t near = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    near |= (weights[i] < margin ? 1U : 0U) << i;
+    near |= (1.0 - weights[i] < margin ? 8U : 0U) << i;
+  }
+  return (creases & near) != 0;
+}
+
 /// Appends the doubtful ones of a block.
-HWY_INLINE std::size_t list_doubtful(const NormalLanes& normal, DoubleMask is_valid, const Block& block,
-                                     Doubtful* list, std::size_t count) {
+template <class BlockOfPoints>
+HWY_INLINE std::size_t list_doubtful(const TriangleLanes& lanes, const NormalLanes& normal,
+                                     DoubleMask is_valid, const BlockOfPoints& block, Doubtful* list,
+                                     std::size_t count) {
   const auto is_doubtful = hn::Or(normal.near_side, hn::Not(is_valid));
   if (hn::AllFalse(doubles, is_doubtful)) return count;
   alignas(64) double weight[3][double_lanes];
@@ -166,9 +177,12 @@ HWY_INLINE std::size_t list_doubtful(const NormalLanes& normal, DoubleMask is_va
   for (std::uint32_t left = bits_of(is_doubtful); left != 0; left &= left - 1) {
     const auto lane = static_cast<std::size_t>(std::countr_zero(left));
     if (!block.contains(lane)) break;
-    list[count++] = {static_cast<std::uint32_t>(block.begin + lane),
-                     ((valid >> lane) & 1U) != 0,
-                     {weight[0][lane], weight[1][lane], weight[2][lane]}};
+    const bool only_near = ((valid >> lane) & 1U) != 0;
+    const std::uint32_t creases = lanes.triangle[lane]->creases;
+    if (only_near && creases == 0) continue;
+    const std::array<double, 3> weights{weight[0][lane], weight[1][lane], weight[2][lane]};
+    if (only_near && !is_near_crease(creases, weights, lanes.margin)) continue;
+    list[count++] = {static_cast<std::uint32_t>(block.begin + lane), only_near, weights};
   }
   return count;
 }
@@ -195,7 +209,7 @@ std::size_t find_normals(const SmoothTriangles& triangles, std::span<const Point
     hn::Store(n.unit.z, doubles, rows[2]);
     for (std::size_t lane = 0; lane < double_lanes; ++lane)
       normals[block.item(lane)] = {rows[0][lane], rows[1][lane], rows[2][lane]};
-    count = list_doubtful(n, is_nonzero(n.unit), block, doubtful.data(), count);
+    count = list_doubtful(lanes, n, is_nonzero(n.unit), block, doubtful.data(), count);
   }
   return count;
 }
@@ -208,8 +222,7 @@ std::size_t find_planes(const CrossedEdges& edges, const SmoothTriangles& triang
   const BorderEdge* border_edges = edges.edges.data();
   const Index* points = edges.point_of_contact.data();
   std::size_t count = 0;
-  for (std::size_t begin = 0; begin < crossings.size(); begin += double_lanes) {
-    const Block block{begin, crossings.size() - 1};
+  for_each_block(crossings.size(), [&](const auto& block) HWY_ATTR {
     TriangleLanes lanes{positions, triangles.normals.data(), triangles.margin, {}};
     std::array<const BorderEdge*, double_lanes> edge;
     alignas(64) double parameter[double_lanes];
@@ -244,8 +257,8 @@ std::size_t find_planes(const CrossedEdges& edges, const SmoothTriangles& triang
                 [&](std::size_t lane) HWY_ATTR { return &planes[block.item(lane)].distance; });
     const auto is_usual =
         hn::And(hn::Ge(l2, hn::Set(doubles, edges.shortest)), hn::Ge(t, hn::Set(doubles, edges.nearest)));
-    count = list_doubtful(n, hn::And(is_usual, is_nonzero(n.unit)), block, doubtful.data(), count);
-  }
+    count = list_doubtful(lanes, n, hn::And(is_usual, is_nonzero(n.unit)), block, doubtful.data(), count);
+  });
   return count;
 }
 

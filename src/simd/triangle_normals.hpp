@@ -16,12 +16,14 @@ namespace palpate::simd {
 struct SmoothTriangle {
   std::array<Index, 3> corners;
   std::array<Index, 3> fans;
+  /// Bits 0-2: the edge opposite corner i is a crease; bits 3-5: corner i is an end of a crease.
+  std::uint32_t creases = 0;
 };
 struct SmoothTriangles {
   std::span<const Vec3> positions;
   std::span<const SmoothTriangle> triangles;
   std::span<const Vec3> normals;  ///< (n_fans) unit
-  double margin;  ///< a point with a weight below it is near a side; above 1 - margin, near a corner
+  double margin;  ///< a point is near a crease if its distance is below this many heights of the triangle
 };
 
 /// Fans: sets of triangles around points.
@@ -42,10 +44,10 @@ struct PointOfTriangle {
   Vec3 x;
 };
 
-/// A point whose normal may need more than interpolation.
+/// A point whose normal needs more than interpolation.
 struct Doubtful {
   std::uint32_t item;
-  bool valid;  ///< the interpolation is valid, but the point is near a side or a corner
+  bool valid;  ///< the interpolation is valid, but the point is near a crease
   std::array<double, 3> weights;
 };
 

@@ -31,6 +31,20 @@ struct Block {
   [[nodiscard]] HWY_INLINE bool contains(std::size_t lane) const { return begin + lane <= last; }
 };
 
+/// A block whose lanes all have an item.
+struct FullBlock {
+  std::size_t begin;
+  HWY_INLINE std::size_t item(std::size_t lane) const { return begin + lane; }
+  [[nodiscard]] HWY_INLINE bool contains(std::size_t /*lane*/) const { return true; }
+};
+/// Calls use(block) for the blocks of some items.
+template <class Use>
+HWY_INLINE void for_each_block(std::size_t items, const Use& use) {
+  std::size_t begin = 0;
+  for (; begin + double_lanes <= items; begin += double_lanes) use(FullBlock{begin});
+  if (begin < items) use(Block{begin, items - 1});
+}
+
 /// Bit i is that of lane i.
 HWY_INLINE std::uint32_t bits_of(hn::Mask<Doubles> mask) {
   std::uint8_t bytes[8] = {};
