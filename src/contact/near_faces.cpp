@@ -32,7 +32,7 @@ void NearFaces::add(std::uint32_t point, Index tet) {
     }
   }
   walk.waits = true;
-  next_.push_back(pair);
+  next_[waiting_++] = pair;
 }
 
 /// The pair of a point with a tet, of a walk of which `last` is the newest pair.
@@ -79,24 +79,23 @@ void NearFaces::visit(const Frame& frame, std::uint32_t pair, Found&& found) {
 
 template <class Found>
 void NearFaces::walk_on(const Frame& frame, Found&& found) {
-  while (!next_.empty()) {
+  while (waiting_ > 0) {
     std::swap(todo_, next_);
-    next_.clear();
+    const std::span<const std::uint32_t> todo(todo_.get(), std::exchange(waiting_, 0));
     simd::find_face_distances(frame.positions, frame.bodies.tets(), frame.places, {pairs_.get(), count_},
-                              todo_, {squared_.get(), count_});
-    for (const std::uint32_t pair : todo_) visit(frame, pair, found);
+                              todo, {squared_.get(), count_});
+    for (const std::uint32_t pair : todo) visit(frame, pair, found);
   }
 }
 
 void NearFaces::find(const Frame& frame) {
   count_ = static_cast<std::uint32_t>(frame.points.size());
   found_.clear();
-  next_.resize(count_);
-  std::uint32_t* const next = next_.data();
+  waiting_ = count_;
   for (std::uint32_t p = 0; p < count_; ++p) {
     walks_[p] = {.radius2 = rounded_up(frame, frame.points[p].reach), .last = p, .tets = 1};
     pairs_[p] = {p, frame.points[p].tet, none};
-    next[p] = p;
+    next_[p] = p;
   }
   walk_on(frame, [&](std::uint32_t pair, std::size_t opposite, double distance, const Vec3& x) {
     const auto& [point, tet, before] = pairs_[pair];
@@ -112,15 +111,13 @@ void NearFaces::search(const Frame& frame, std::span<const Search> searches) {
     walk.nearest = distance;
     walk.radius2 = distance <= walk.enough ? 0.0 : rounded_up(frame, distance);
   };
-  next_.clear();
   for (const auto& [point, bound, enough] : searches) {
     walks_[point] = {
         .radius2 = rounded_up(frame, bound), .nearest = bound, .enough = enough, .known = walks_[point].last};
     std::uint32_t pair = count_;
     add(point, frame.points[point].tet);
-    const std::size_t waiting = next_.size();
-    for (; pair < count_ && (next_.size() == waiting || pair < next_[waiting]); ++pair)
-      visit(frame, pair, found);
+    const std::uint32_t waiting = waiting_;
+    for (; pair < count_ && (waiting_ == waiting || pair < next_[waiting]); ++pair) visit(frame, pair, found);
   }
   walk_on(frame, found);
 }

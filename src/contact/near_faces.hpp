@@ -25,9 +25,9 @@ class NearFaces {
   /// Allocates memory for all walks, so that later steps allocate none.
   NearFaces()
       : pairs_(std::make_unique_for_overwrite<simd::PointAndTet[]>(2 * most_pairs)),
-        squared_(std::make_unique_for_overwrite<std::array<double, 4>[]>(2 * most_pairs)) {
-    todo_.reserve(most_pairs);
-    next_.reserve(most_pairs);
+        squared_(std::make_unique_for_overwrite<std::array<double, 4>[]>(2 * most_pairs)),
+        todo_(std::make_unique_for_overwrite<std::uint32_t[]>(most_pairs)),
+        next_(std::make_unique_for_overwrite<std::uint32_t[]>(most_pairs)) {
     found_.reserve(most_pairs);
   }
   struct Point {
@@ -92,8 +92,9 @@ class NearFaces {
   std::unique_ptr<simd::PointAndTet[]> pairs_;
   std::unique_ptr<std::array<double, 4>[]> squared_;  ///< distances from faces, of each pair
   std::uint32_t count_ = 0;                           ///< of pairs
-  std::vector<std::uint32_t> todo_;  ///< pairs of this round, whose distances are not known yet
-  std::vector<std::uint32_t> next_;  ///< those of the next round
+  std::unique_ptr<std::uint32_t[]> todo_;  ///< pairs of this round, whose distances are not known yet
+  std::unique_ptr<std::uint32_t[]> next_;  ///< those of the next round
+  std::uint32_t waiting_ = 0;              ///< number of these
   std::array<Walk, most_points> walks_{};
   std::vector<Face> found_;
 };

@@ -47,6 +47,41 @@ void PlaneSystem::start(const parallel::Threads& threads, double tolerance) {
                        });
 }
 
+/// Products of the matrix with the search direction; returns the sums of both multiplied.
+template <std::size_t components>
+Plane PlaneSystem::multiply(std::size_t begin, std::size_t end) {
+  if constexpr (components > 1) return simd::multiply_planes(lists(), begin, end);
+  double sum = 0.0;
+  for (std::size_t i = begin; i < end; ++i) {
+    const Node& node = nodes[i];
+    double product = node.diagonal * search_[i][0];
+    for (Index l = node.begin; l < node.end; ++l) {
+      const Link& link = at(links, l);
+      product -= link.weight * at(search_, link.node)[0];
+    }
+    sum += product * search_[i][0];
+    product_[i][0] = product;
+  }
+  return {sum};
+}
+
+/// Moves along the search direction. Then the product is the change that one more sweep would make; returns
+/// the sums of residual times change.
+template <std::size_t components>
+Plane PlaneSystem::move(const Plane& stride, std::size_t begin, std::size_t end) {
+  if constexpr (components > 1) return simd::move_planes(lists(), stride, begin, end);
+  double sum = 0.0;
+  for (std::size_t i = begin; i < end; ++i) {
+    double& residual = nodes[i].residual[0];
+    corrections_[i][0] += stride[0] * search_[i][0];
+    residual -= stride[0] * product_[i][0];
+    const double change = residual / nodes[i].diagonal;
+    sum += residual * change;
+    product_[i] = {change};
+  }
+  return {sum};
+}
+
 template <std::size_t components>
 int PlaneSystem::solve_components(const parallel::Threads& threads, double tolerance, int most,
                                   const Deadline& deadline) {
@@ -60,20 +95,7 @@ int PlaneSystem::solve_components(const parallel::Threads& threads, double toler
   int iteration = 0;
   for (; iteration < most && now.far && !deadline.passed(); ++iteration) {
     parallel::for_chunks(threads, n, plane_grain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
-      Sums sums;
-      for (std::size_t i = begin; i < end; ++i) {
-        const Node& node = nodes[i];
-        Plane product{};
-        for (std::size_t k = 0; k < components; ++k) product[k] = node.diagonal * search_[i][k];
-        for (Index l = node.begin; l < node.end; ++l) {
-          const Link& link = at(links, l);
-          const Plane& other = at(search_, link.node);
-          for (std::size_t k = 0; k < components; ++k) product[k] -= link.weight * other[k];
-        }
-        for (std::size_t k = 0; k < components; ++k) sums.sums[k] += product[k] * search_[i][k];
-        product_[i] = product;
-      }
-      partial_[chunk] = sums;
+      partial_[chunk] = {multiply<components>(begin, end), false};
     });
     const Plane curvature = total().sums;
     Plane stride{};
@@ -81,18 +103,9 @@ int PlaneSystem::solve_components(const parallel::Threads& threads, double toler
       if (curvature[k] > 0.0) stride[k] = now.sums[k] / curvature[k];
     }
     parallel::for_chunks(threads, n, plane_grain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
-      Sums sums;
-      for (std::size_t i = begin; i < end; ++i) {
-        Node& node = nodes[i];
-        Plane change{};
-        for (std::size_t k = 0; k < components; ++k) {
-          corrections_[i][k] += stride[k] * search_[i][k];
-          node.residual[k] -= stride[k] * product_[i][k];
-          change[k] = node.residual[k] / node.diagonal;
-          sums.sums[k] += node.residual[k] * change[k];
-        }
-        sums.far = sums.far || beyond(node, change, tolerance);
-      }
+      Sums sums{move<components>(stride, begin, end), false};
+      for (std::size_t i = begin; i < end && !sums.far; ++i)
+        sums.far = beyond(nodes[i], product_[i], tolerance);
       partial_[chunk] = sums;
     });
     const Sums next = total();
@@ -102,9 +115,7 @@ int PlaneSystem::solve_components(const parallel::Threads& threads, double toler
       if (now.sums[k] > 0.0) keep[k] = next.sums[k] / now.sums[k];
     }
     parallel::for_each(threads, n, plane_grain, [&](std::size_t i) {
-      for (std::size_t k = 0; k < components; ++k) {
-        search_[i][k] = nodes[i].residual[k] / nodes[i].diagonal + keep[k] * search_[i][k];
-      }
+      for (std::size_t k = 0; k < components; ++k) search_[i][k] = product_[i][k] + keep[k] * search_[i][k];
     });
     now = next;
   }

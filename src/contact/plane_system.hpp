@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -9,12 +8,13 @@
 
 #include "contact/deadline.hpp"
 #include "parallel/parallel.hpp"
+#include "simd/plane_sweeps.hpp"
 
 namespace palpate {
 
 /// A plane through which a point leaves the body: its depth is
 /// offset - (p - origin) . normal. Normals are not unit where planes were averaged.
-using Plane = std::array<double, 4>;  // offset, normal
+using Plane = simd::Plane;  // offset, normal
 
 /// Weighted averages of planes on a graph: the plane of each node is the mean of its given planes and of its
 /// neighbours' planes,
@@ -25,18 +25,8 @@ using Plane = std::array<double, 4>;  // offset, normal
 /// side.
 class PlaneSystem {
  public:
-  struct Link {
-    Index node;
-    double weight;
-  };
-  struct Node {
-    double diagonal = 1.0;  ///< sum of all weights; 1 where the node is left out
-    Plane residual{};       ///< right side minus left side at the first guess
-    Vec3 place;             ///< position relative to the origin of its planes
-    double length = 0.0;    ///< a typical distance to its neighbours
-    Index begin = 0;        ///< links are links[begin, end)
-    Index end = 0;
-  };
+  using Link = simd::PlaneLink;
+  using Node = simd::PlaneNode;
 
   std::vector<Node> nodes;
   std::vector<Link> links;
@@ -60,12 +50,19 @@ class PlaneSystem {
   int solve_components(const parallel::Threads& threads, double tolerance, int most,
                        const Deadline& deadline);
   template <std::size_t components>
+  Plane multiply(std::size_t begin, std::size_t end);
+  template <std::size_t components>
+  Plane move(const Plane& stride, std::size_t begin, std::size_t end);
+  [[nodiscard]] simd::PlaneLists lists() {
+    return {nodes.data(), links.data(), corrections_.data(), search_.data(), product_.data()};
+  }
+  template <std::size_t components>
   void start(const parallel::Threads& threads, double tolerance);
   [[nodiscard]] bool beyond(const Node& node, const Plane& change, double tolerance) const;
 
   std::vector<Plane> corrections_;
   std::vector<Plane> search_;
-  std::vector<Plane> product_;
+  std::vector<Plane> product_;  ///< of the matrix with search_; later the next change
   std::vector<Sums> partial_;
 };
 
