@@ -29,11 +29,7 @@ Vec3 nearest_on_triangle(const Vec3& p, const std::array<Vec3, 3>& t) {
   return nearest_on_triangle(p, t, cross(t[1] - t[0], t[2] - t[0]));
 }
 
-Vec3 nearest_on_triangle(const Vec3& p, const std::array<Vec3, 3>& t, const Vec3& normal) {
-  const bool inside = squared_length(normal) > 0.0 && dot(cross(t[1] - t[0], p - t[0]), normal) >= 0.0 &&
-                      dot(cross(t[2] - t[1], p - t[1]), normal) >= 0.0 &&
-                      dot(cross(t[0] - t[2], p - t[2]), normal) >= 0.0;
-  if (inside) return p + (dot(t[0] - p, normal) / squared_length(normal)) * normal;
+Vec3 nearest_on_rim(const Vec3& p, const std::array<Vec3, 3>& t) {
   Vec3 best;
   double best_distance = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < 3; ++i) {

@@ -31,8 +31,16 @@ Vec3 nearest_on_segment(const Vec3& p, const Vec3& a, const Vec3& b);
 /// Nearest point of a triangle: the projection onto its plane if that is inside, otherwise a point on the
 /// nearest edge.
 Vec3 nearest_on_triangle(const Vec3& p, const std::array<Vec3, 3>& triangle);
+/// The same on its sides.
+Vec3 nearest_on_rim(const Vec3& p, const std::array<Vec3, 3>& triangle);
 /// \param normal  cross product of the sides from the first corner
-Vec3 nearest_on_triangle(const Vec3& p, const std::array<Vec3, 3>& triangle, const Vec3& normal);
+inline Vec3 nearest_on_triangle(const Vec3& p, const std::array<Vec3, 3>& t, const Vec3& normal) {
+  const bool inside = squared_length(normal) > 0.0 && dot(cross(t[1] - t[0], p - t[0]), normal) >= 0.0 &&
+                      dot(cross(t[2] - t[1], p - t[1]), normal) >= 0.0 &&
+                      dot(cross(t[0] - t[2], p - t[2]), normal) >= 0.0;
+  if (!inside) return nearest_on_rim(p, t);
+  return p + (dot(t[0] - p, normal) / squared_length(normal)) * normal;
+}
 
 /// Whether a triangle with this normal has a point nearer than `radius`; its plane must be within `radius`.
 /// Agrees with nearest_on_triangle() up to rounding, but needs neither a division nor a root.
