@@ -159,7 +159,7 @@ def test_damping_of_the_material_does_not_brake_a_strained_body_that_spins(time_
 
 @pytest.mark.parametrize(("time_step", "speed"), [(0.005, 20), (0.005, 25), (0.01, 5), (0.01, 15)])
 def test_strain_by_rotation_does_not_depend_on_the_velocity_of_the_whole(time_step, speed):
-    """It was 0, 0.05 or 0.07, by the share of the rotation in the whole kinetic energy."""
+    """It was 0, 0.05 or 0.07, by what the rotation was of the whole kinetic energy."""
     energies = []
     for velocity in (0.0, 3.0, 50.0):
         spin = Spin([long_bar(speed, velocity)], time_step)
