@@ -374,19 +374,27 @@ Vec3 BodyRotations::lost_impulse(Index body, const Vec3& position, const Vec3& p
   return joint_fraction(length(frame.angle)) * time_step_ * cross(place - frame.center - acted_at, force);
 }
 
-double BodyRotations::rotates_on(Index body, std::span<const Vec3> positions,
-                                 std::span<const Vec3> velocities) const {
-  if (!has_frame(body)) return 0.0;
+Vec3 BodyRotations::allowed_impulse(Index body, const Vec3& lasting, const Vec3& contacts,
+                                    std::span<const Vec3> positions, std::span<const Vec3> velocities) const {
+  if (!has_frame(body)) return {};
   const Frame& frame = at(frames_, body);
+  const auto by_inertia = [&](const Vec3& a) {
+    return turned(frame.rotation, at(starts_, body).inverse_inertia, a);
+  };
   Vec3 momentum;  // about the centre of the rotated body, whose arms add up to zero by mass
   const Range points = at(bodies_, body).points;
   for (Index i = points.begin; i < points.end; ++i) {
     momentum +=
         at(masses_, i) * cross(rotated(frame.rotation, at(positions, i) - frame.center), at(velocities, i));
   }
-  const Vec3 left = turned(frame.rotation, at(starts_, body).inverse_inertia, momentum);
+  const Vec3 left = by_inertia(momentum);
   const double fraction = dot(left, frame.angular_velocity) / squared_length(frame.angular_velocity);
-  return std::clamp(4.0 * fraction - 2.0, 0.0, 1.0);
+  const Vec3 impulse = lasting + (dot(contacts, left) < 0.0 ? contacts : Vec3{});
+  constexpr double most = 0.25;
+  const double change = length(by_inertia(impulse));
+  const double bound = most * length(frame.angular_velocity);
+  const double part = change > bound ? bound / change : 1.0;
+  return (part * std::clamp(4.0 * fraction - 2.0, 0.0, 1.0)) * impulse;
 }
 
 Vec3 BodyRotations::velocity_by(Index body, const Vec3& position, const Vec3& impulse) const {

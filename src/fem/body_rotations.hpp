@@ -113,11 +113,14 @@ class BodyRotations {
   /// step, less that by the point's arm in the rotated frame, N m s. Zero without a frame.
   [[nodiscard]] Vec3 lost_impulse(Index body, const Vec3& position, const Vec3& place,
                                   const Vec3& force) const;
-  /// 1 for a body that rotates on with three quarters of the angular velocity of its frame or more, by these
-  /// `velocities` at the end of the step; 0 if it has lost half of it or more, as one that is held: there,
-  /// lost impulses would feed themselves. 0 without a frame. O(points of the body).
-  [[nodiscard]] double rotates_on(Index body, std::span<const Vec3> positions,
-                                  std::span<const Vec3> velocities) const;
+  /// What a body may get of the angular impulses that it lacks, with these `velocities` at the end of the
+  /// step. They are computed from the forces of the step, so they must not feed themselves: a body that has
+  /// lost half of the angular velocity of its frame, as one that is held, gets none (all from three quarters
+  /// on), and no body gets more than a quarter of it. O(points of the body). \param lasting   from forces
+  /// that act from the start of the step on \param contacts  from those of contacts: only where they brake
+  /// the body, since an impact would gain energy
+  [[nodiscard]] Vec3 allowed_impulse(Index body, const Vec3& lasting, const Vec3& contacts,
+                                     std::span<const Vec3> positions, std::span<const Vec3> velocities) const;
   /// Velocity of a point at the end of the step by an angular impulse about the centre of its body, m/s.
   [[nodiscard]] Vec3 velocity_by(Index body, const Vec3& position, const Vec3& impulse) const;
   /// Displacement of a point by the rigid rotation of its body in the step: by its frame, or, without one,

@@ -369,6 +369,7 @@ class Dynamics {
   bool has_stiffness_damping_ = false;
   std::span<const Vec3> turning_forces_;        ///< ExternalForces::turning of the step
   std::vector<Vec3> lost_impulses_;             ///< (n_bodies) scratch of end_step(), N m s
+  std::vector<Vec3> contact_impulses_;          ///< (n_bodies) those of contacts
   std::vector<Vec3> hold_forces_;               ///< (n_points) the same, N
   std::vector<Vec3> frame_reactions_;           ///< (n_points) of the last step, N; or empty
   bool lists_constrained_ = false;              ///< find_constrained_elements() was called

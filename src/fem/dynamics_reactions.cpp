@@ -110,13 +110,14 @@ void Dynamics::add_joint_impulse(const Coupling& joint, const Vec3& force, bool 
     const Index p = joint.points[i];
     if (p < 0 || at(system_.free(), p) == 0) continue;
     const Index body = at(body_of_point_, p);
-    at(lost_impulses_, body) +=
+    at(lasts ? lost_impulses_ : contact_impulses_, body) +=
         rotations_.lost_impulse(body, at(positions_, p), place, joint.coefficients[i] * force);
   }
 }
 
 void Dynamics::find_lost_impulses(const Joints& joints) {
   lost_impulses_.assign(bodies_.size(), Vec3{});
+  contact_impulses_.assign(bodies_.size(), Vec3{});
   for (std::size_t k = 0; k < joints.couplings.size(); ++k)
     add_joint_impulse(joints.couplings[k], joints.forces[k], k < joints.lasting);
   add_hold_impulses();
@@ -125,7 +126,9 @@ void Dynamics::find_lost_impulses(const Joints& joints) {
 void Dynamics::add_lost_impulses() {
   for (Index body = 0; body < static_cast<Index>(bodies_.size()); ++body) {
     Vec3& impulse = at(lost_impulses_, body);
-    if (impulse != Vec3{}) impulse = rotations_.rotates_on(body, positions_, velocities_) * impulse;
+    const Vec3& of_contacts = at(contact_impulses_, body);
+    if (impulse != Vec3{} || of_contacts != Vec3{})
+      impulse = rotations_.allowed_impulse(body, impulse, of_contacts, positions_, velocities_);
   }
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
     const Vec3& impulse = at(lost_impulses_, body_of_point_[i]);
