@@ -390,10 +390,12 @@ Vec3 BodyRotations::allowed_impulse(Index body, const Vec3& lasting, const Vec3&
   const Vec3 left = by_inertia(momentum);
   const double fraction = dot(left, frame.angular_velocity) / squared_length(frame.angular_velocity);
   const Vec3 impulse = lasting + (dot(contacts, left) < 0.0 ? contacts : Vec3{});
+  const Vec3 change = by_inertia(impulse);
   constexpr double most = 0.25;
-  const double change = length(by_inertia(impulse));
-  const double bound = most * length(frame.angular_velocity);
-  const double part = change > bound ? bound / change : 1.0;
+  double part = std::min(1.0, most * length(frame.angular_velocity) / length(change));
+  // A part of it that makes the body as fast as its frame, but not faster.
+  const double faster = dot(change, frame.angular_velocity) / squared_length(frame.angular_velocity);
+  if (part * faster > 0.0) part = std::min(part, std::max(0.0, 1.0 - fraction) / faster);
   return (part * std::clamp(4.0 * fraction - 2.0, 0.0, 1.0)) * impulse;
 }
 

@@ -116,9 +116,9 @@ class BodyRotations {
   /// What a body may get of the angular impulses that it lacks, with these `velocities` at the end of the
   /// step. They are computed from the forces of the step, so they must not feed themselves: a body that has
   /// lost half of the angular velocity of its frame, as one that is held, gets none (all from three quarters
-  /// on), and no body gets more than a quarter of it. O(points of the body). \param lasting   from forces
-  /// that act from the start of the step on \param contacts  from those of contacts: only where they brake
-  /// the body, since an impact would gain energy
+  /// on), and no body gets more than a quarter of it, or becomes faster than its frame. `lasting` is from
+  /// forces that act from the start of the step on. `contacts` counts only where it brakes the body, since
+  /// impacts would gain energy. O(points of the body).
   [[nodiscard]] Vec3 allowed_impulse(Index body, const Vec3& lasting, const Vec3& contacts,
                                      std::span<const Vec3> positions, std::span<const Vec3> velocities) const;
   /// Velocity of a point at the end of the step by an angular impulse about the centre of its body, m/s.

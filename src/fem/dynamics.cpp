@@ -156,12 +156,15 @@ Dynamics::Dynamics(const Bodies& bodies, const Materials& materials, std::vector
 /// Marks the bodies that get no arcs: nonlinear ones, and bodies with points that do not move freely.
 void Dynamics::mark_held_bodies() {
   held_bodies_.assign(bodies_.size(), 0);
-  grounded_bodies_.assign(bodies_.size(), 0);
+  std::vector<std::uint8_t> grounded(bodies_.size(), 0);
   for (std::size_t i = 0; i < masses_.size(); ++i) {
     const Index body = body_of_point_[i];
-    if (held_axes_[i] != 0) at(grounded_bodies_, body) = 1;
+    if (held_axes_[i] != 0) at(grounded, body) = 1;
     if (held_axes_[i] != 0 || is_nonlinear(i)) at(held_bodies_, body) = 1;
   }
+  turning_bodies_ = braked_bodies_;
+  for (std::size_t body = 0; body < bodies_.size(); ++body)
+    if (grounded[body] != 0) turning_bodies_[body] = 0;
 }
 
 void Dynamics::set_fixed_axes(const Bodies& bodies, const Materials& materials,
@@ -252,15 +255,15 @@ void Dynamics::set_base_velocities() {
 }
 
 std::span<const Vec3> Dynamics::deformed_positions(double time_step) {
+  constexpr double ahead = 0.75;  // half drives vibrations; with all, stiff bodies tremble
   const double h = step_length(time_step);
-  if (!second_order_) rotations_.begin(threads_, positions_, velocities_, h, braked_bodies_);
+  if (!second_order_) rotations_.begin(threads_, positions_, velocities_, h, turning_bodies_);
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
     const Index body = body_of_point_[i];
-    // Without a frame, inner forces of a braked body rotate in the step, as its matrix says.
-    const bool rotates =
-        !rotations_.has_frame(body) && (at(grounded_bodies_, body) != 0 || at(braked_bodies_, body) != 0);
-    const Vec3 rigid = rotates ? Vec3{} : rotations_.rigid_velocity(body, positions_[i]);
-    end_positions_[i] = positions_[i] + h * (velocities_[i] - rigid);
+    end_positions_[i] = positions_[i];
+    if (at(braked_bodies_, body) == 0) return;
+    const Vec3 turns = rotations_.has_frame(body) ? rotations_.rigid_velocity(body, positions_[i]) : Vec3{};
+    end_positions_[i] += ahead * h * (velocities_[i] - turns);
   });
   return end_positions_;
 }
@@ -278,7 +281,7 @@ void Dynamics::begin_step(double time_step, const Vec3& gravity, const ExternalF
   }
   multigrid().begin_step();
   refined_ = false;
-  if (!second_order_) rotations_.begin(threads_, positions_, velocities_, time_step, braked_bodies_);
+  if (!second_order_) rotations_.begin(threads_, positions_, velocities_, time_step, turning_bodies_);
   set_loads(gravity, external_forces.all);
   linearise();
   set_initial_guess(time_step, gravity);

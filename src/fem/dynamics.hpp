@@ -140,11 +140,11 @@ class Dynamics {
     return second_order_ ? 2.0 / 3.0 * time_step : time_step;
   }
 
-  /// Positions at which pressures of the next begin_step() are to be computed (n_points x 3), m: bodies
-  /// deform as without forces, but do not rotate. At the start of the step, pressures would lag behind
-  /// vibrations and drive them; with the rotation, they would have a torque about the arms of the start.
-  /// Bodies with points that do not move freely rotate, unless their frame does. Valid until begin_step().
-  /// O(n_points).
+  /// Positions at which pressures of the next begin_step() are to be computed (n_points x 3), m: those at the
+  /// start of the step, where inner forces have their directions, too. Bodies whose inner forces turn within
+  /// the step, as their matrix says, move on for three quarters of the step as without forces, but for the
+  /// rotation of their frames. With other positions, pressures have torques and drive vibrations. Valid until
+  /// begin_step(). O(n_points).
   [[nodiscard]] std::span<const Vec3> deformed_positions(double time_step);
   /// step() in three parts, for couplings that depend on the velocities at the end of the step (friction):
   /// begin_step(), then solve() after each change of the couplings, from the last solution, then end_step().
@@ -192,10 +192,9 @@ class Dynamics {
     std::span<const Vec3> forces;
     std::size_t lasting = 0;  ///< the first ones are ties, which act from the start of the step on
   };
-  /// Bodies with a rotated frame get the angular momentum that forces of joints and of held points lack: they
-  /// acted at arms in the rotated bodies, while the momentum of centres counts arms from the start of the
-  /// step. Without that, bodies that are tied and rotate together and bodies on hinges are braked. Bodies
-  /// that do not rotate on get none.
+  /// Bodies with a rotated frame get the angular momentum that forces of joints lack: they acted at arms in
+  /// the rotated bodies, while the momentum of centres counts arms from the start of the step. Without that,
+  /// bodies that are tied and rotate together are braked (BodyRotations::allowed_impulse).
   void end_step(const Joints& joints = {{}, {}, 0});
 
   /// Lists the elements that holding_forces() visits. O(n_elements).
@@ -271,7 +270,6 @@ class Dynamics {
   void compute_point_forces();
   void add_rotation_forces();
   void find_lost_impulses(const Joints& joints);
-  void add_hold_impulses();
   void add_lost_impulses();
   void find_frame_reactions();
   void add_joint_impulse(const Coupling& joint, const Vec3& force, bool lasts);
@@ -356,7 +354,6 @@ class Dynamics {
   BodyRotations rotations_;                     ///< of the step that has begun
   std::vector<std::uint8_t>
       held_bodies_;  ///< 1: no arcs (BodyRotations), because a point is held or the body is nonlinear
-  std::vector<std::uint8_t> grounded_bodies_;  ///< (n_bodies) 1: has points that do not move freely
   std::vector<std::uint8_t> straight_bodies_;  ///< held_bodies_, and bodies with prescribed points
   bool has_arcs_ = false;                      ///< points of some body move along arcs (BodyRotations)
   /// Positions at which tissue is linearised, where they differ from positions_: bodies in rotated frames,
@@ -366,11 +363,11 @@ class Dynamics {
   bool at_end_ = false;   ///< hyperelastic elements are updated at end_positions_
   /// (n_bodies) 1: its matrix has the derivative of its forces by rotations (hyperelastic or smoothed tets)
   std::vector<std::uint8_t> braked_bodies_;
+  std::vector<std::uint8_t> turning_bodies_;  ///< (n_bodies) 1: braked, and no point is held
   bool has_stiffness_damping_ = false;
   std::span<const Vec3> turning_forces_;        ///< ExternalForces::turning of the step
   std::vector<Vec3> lost_impulses_;             ///< (n_bodies) scratch of end_step(), N m s
   std::vector<Vec3> contact_impulses_;          ///< (n_bodies) those of contacts
-  std::vector<Vec3> hold_forces_;               ///< (n_points) the same, N
   std::vector<Vec3> frame_reactions_;           ///< (n_points) of the last step, N; or empty
   bool lists_constrained_ = false;              ///< find_constrained_elements() was called
   std::vector<std::uint8_t> nonlinear_points_;  ///< (n_points) 1: of such a body

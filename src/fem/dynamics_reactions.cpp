@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <array>
-#include <cmath>
 
 #include "fem/dynamics.hpp"
 #include "fem/padded_vectors.hpp"
@@ -120,7 +119,6 @@ void Dynamics::find_lost_impulses(const Joints& joints) {
   contact_impulses_.assign(bodies_.size(), Vec3{});
   for (std::size_t k = 0; k < joints.couplings.size(); ++k)
     add_joint_impulse(joints.couplings[k], joints.forces[k], k < joints.lasting);
-  add_hold_impulses();
 }
 
 void Dynamics::add_lost_impulses() {
@@ -156,29 +154,6 @@ void Dynamics::find_frame_reactions() {
         rotations_.free_velocity(body, x, velocities_[i]) - rotations_.excess_velocity(body, x);
     frame_reactions_[i] = -masses_[i] * ((1.0 / time_step_) * (turned - velocities_[i]) +
                                          rotations_.inertial_acceleration(body, x));
-  }
-}
-
-/// Adds what the forces lack that hold points of bodies in rotated frames.
-void Dynamics::add_hold_impulses() {
-  const auto is_held = [&](Index body) {
-    return at(grounded_bodies_, body) != 0 && rotations_.has_frame(body);
-  };
-  bool any = false;
-  for (Index body = 0; body < static_cast<Index>(bodies_.size()); ++body) any = any || is_held(body);
-  if (!any) return;
-  if (!lists_constrained_) find_constrained_elements();
-  // Without mass and loads, which are not those of free points.
-  const auto elastic = elements_.point_forces();
-  hold_forces_.resize(masses_.size());
-  for (std::size_t i = 0; i < masses_.size(); ++i)
-    hold_forces_[i] = held_axes_[i] != 0 ? -unpadded(elastic[i]) : Vec3{};
-  add_stiff_forces(hold_forces_);
-  for (std::size_t i = 0; i < masses_.size(); ++i) {
-    const Index body = body_of_point_[i];
-    if (held_axes_[i] == 0 || !is_held(body)) continue;
-    at(lost_impulses_, body) +=
-        rotations_.lost_impulse(body, positions_[i], positions_[i], along(held_axes_[i], hold_forces_[i]));
   }
 }
 
