@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import math
 import os
 import warnings
@@ -161,7 +162,8 @@ class Simulation(_core.Simulation):
         self._duration = read.duration
         self._stage_steps = read.stage_steps
         self._stage_names = [stage["name"] for stage in scene_dict(read).get("stages", ())]
-        self._settings = {key: value for key, value in scene_dict(read).items() if key not in ("bodies", "name", "output")}
+        others = ("bodies", "name", "output", "stages", "outcomes")
+        self._keys = settings("Simulation", {key: value for key, value in scene_dict(read).items() if key not in others})
         super().__init__(model, read, threads_or_default(threads))
         if reactions:
             self.record_reactions(True)
@@ -229,12 +231,14 @@ class Simulation(_core.Simulation):
         for key in ("bodies", "stages", "outcomes", "output", "units", "duration"):
             if key in settings_:
                 raise Error("Simulation.change", key, "a key that cannot change after the start", "settings of a step, such as contact or solver")
-        merged = dict(self._settings)
+        # The settings of now: a stage or restore() may have changed them.
+        merged = json.loads(self._settings_text(self._keys))
+        for key in ("bodies", "name", "output"):
+            merged.pop(key, None)
         for key, value in settings_.items():
             old = merged.get(key)
             merged[key] = {**old, **value} if isinstance(old, dict) and isinstance(value, Mapping) else value
         self._change(settings("Simulation.change", merged))
-        self._settings = merged
 
     def outcomes(self) -> dict[str, Outcome]:
         """The outcomes of the scene as they are now, by name, in its order (docs/stages.md)."""

@@ -97,6 +97,11 @@ void bind_changes(Bound& simulation) {
       .def("_motion_of", &Simulation::motion_of)
       .def("_motion", [](Simulation& s, Index number) { return s.idle().motion(number); })
       .def("_change", [](Simulation& s, const Scene& scene) { s.change(scene); })
+      .def("_settings_text",
+           [](Simulation& s, Scene scene) {
+             scene.settings = s.idle().settings();
+             return write_scene(scene);
+           })
       .def(
           "_grab",
           [](Simulation& s, Index point, const Three& target, double stiffness) {

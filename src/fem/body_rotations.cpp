@@ -1,12 +1,10 @@
 #include "fem/body_rotations.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <numbers>
 
 #include "fem/lumping.hpp"
 #include "fem/rotation.hpp"
-#include "fem/symmetric_eigen.hpp"
 #include "geometry/trigonometry.hpp"
 
 namespace palpate::fem {
@@ -15,72 +13,18 @@ namespace {
 /// Largest angle by which points move along arcs, rad. Contacts then have an error of 0.3 % of the body's
 /// size.
 constexpr double largest_arc_angle = 0.08;
-/// A body whose matrix has the derivative of its forces by rotations has a frame if it rotates by more than
-/// this in a step, rad.
-constexpr double braked_angle = 1e-3;
-
-Quaternion rotation_by(const Vec3& angle) {
-  if (angle == Vec3{}) return {};
-  return rotation_about(angle, 180.0 / std::numbers::pi * length(angle));
-}
-Vec3 rotated_back(const Quaternion& rotation, const Vec3& a) {
-  return rotated({rotation.scalar, -rotation.vector}, a);
-}
-/// A body's symmetric matrix, rotated with the body, times a vector.
-Vec3 turned(const Quaternion& rotation, const Matrix3& matrix, const Vec3& a) {
-  return rotated(rotation, matrix * rotated_back(rotation, a));
-}
-
-/// Two rotations, the second argument first.
-Quaternion product(const Quaternion& a, const Quaternion& b) {
-  return {a.scalar * b.scalar - dot(a.vector, b.vector),
-          a.scalar * b.vector + b.scalar * a.vector + cross(a.vector, b.vector)};
-}
-
-/// The rotation vector of a rotation, its angle in [0, pi], rad.
-Vec3 rotation_vector(const Quaternion& q) {
-  const double sine = length(q.vector);
-  if (sine == 0.0) return {};
-  const double half = arc_tangent(sine, std::abs(q.scalar));
-  return ((q.scalar < 0.0 ? -2.0 : 2.0) * half / sine) * q.vector;
-}
+/// Above this angular velocity times the time step, the angle of a solution has another sign or lacks whole
+/// turns.
+constexpr double largest_known_angle = std::numbers::pi;
+/// A free body has a frame if it rotates by more than this in a step, rad.
+constexpr double least_angle = 1e-3;
+/// And if the energy of its motion is at most this part of that of a strain of 1. Implicit Euler without
+/// frames brings bodies back that their spin tears inside out.
+constexpr double most_of_stretch = 0.05;
 
 /// All of the Coriolis force up to half a radian, none from one on.
 double coriolis_fraction(double angle) {
   return std::clamp(2.0 * (1.0 - angle), 0.0, 1.0);
-}
-
-/// Fraction of the angular impulse that forces of joints lack. With all of it, tied bodies would gain up to 7
-/// times the square of the angle of it.
-double joint_fraction(double angle) {
-  return std::max(0.0, 1.0 - 7.0 * angle * angle);
-}
-
-/// The rotation vector of a rigid body without torque over a step. A body with the middle principal moment of
-/// inertia about all axes rotates about the angular momentum. The rest of the motion is made of short
-/// rotations about the two other principal axes, one after the other (Dullweber, Leimkuhler & McLachlan, J.
-/// Chem. Phys. 107 (1997), 5840). Angular momentum is constant, and errors do not grow from step to step.
-/// Exact where two moments are equal. (The implicit midpoint rule, solved by repeated substitution, diverges
-/// for slender bodies: a small tilt of the axis is a fast rotation about it.)
-Vec3 free_angle(const RigidMotion& start, double time_step) {
-  constexpr int parts = 4;
-  const SymmetricEigen principal = symmetric_eigen(symmetric_part(start.inertia));
-  const double middle = principal.values.y;
-  const auto rate_beyond = [&](double inertia) { return 1.0 / inertia - 1.0 / middle; };
-  const double largest = rate_beyond(principal.values.x);
-  const double smallest = rate_beyond(principal.values.z);
-  Quaternion body;
-  const auto rotate = [&](const Vec3& axis, double rate, double fraction) {
-    const Vec3 direction = rotated(body, axis);
-    const double angle = fraction / parts * time_step * rate * dot(start.momentum, direction);
-    body = product(rotation_by(angle * direction), body);
-  };
-  for (int i = 0; i < parts; ++i) {
-    rotate(principal.vectors[0], largest, 0.5);
-    rotate(principal.vectors[2], smallest, 1.0);
-    rotate(principal.vectors[0], largest, 0.5);
-  }
-  return rotation_vector(product(rotation_by(time_step / middle * start.momentum), body));
 }
 
 /// The rotation vector of a rotation, its angle in [0, pi], rad.
@@ -122,43 +66,6 @@ BodyRotations::BodyRotations(const Bodies& bodies, const Materials& materials, s
       at(stretch_energies_, body) += materials.of(tet, body).young_modulus * tet_volume_rest(bodies, tet);
     }
   }
-}
-
-RigidMotion BodyRotations::rigid_motion(std::size_t body, std::span<const Vec3> positions,
-                                        std::span<const Vec3> velocities) const {
-  const Range points = bodies_[body].points;
-  double mass = 0.0;
-  RigidMotion motion;
-  for (Index i = points.begin; i < points.end; ++i) {
-    const double m = at(masses_, i);
-    mass += m;
-    motion.center += m * at(positions, i);
-    motion.velocity += m * at(velocities, i);
-  }
-  motion.center = (1.0 / mass) * motion.center;
-  motion.velocity = (1.0 / mass) * motion.velocity;
-  Matrix3& inertia = motion.inertia;
-  for (Index i = points.begin; i < points.end; ++i) {
-    const double m = at(masses_, i);
-    const Vec3 arm = at(positions, i) - motion.center;
-    const Vec3 velocity = at(velocities, i) - motion.velocity;
-    motion.momentum += m * cross(arm, velocity);
-    motion.deformation[0] += m * arm.x * velocity;
-    motion.deformation[1] += m * arm.y * velocity;
-    motion.deformation[2] += m * arm.z * velocity;
-    motion.energy += 0.5 * m * squared_length(velocity);
-    add_outer(inertia, -m, arm, arm);
-    for (int k = 0; k < 3; ++k) inertia(k, k) += m * squared_length(arm);
-  }
-  motion.inverse_inertia = inverse(inertia);
-  const Vec3 angular_velocity = motion.angular_velocity();
-  const double half_trace = 0.5 * trace(inertia);
-  for (int k = 0; k < 3; ++k) {
-    Vec3 second_moment = -row(inertia, k);  // sum of m r_k r
-    (k == 0 ? second_moment.x : k == 1 ? second_moment.y : second_moment.z) += half_trace;
-    at(motion.deformation, k) -= cross(angular_velocity, second_moment);
-  }
-  return motion;
 }
 
 /// Rotation vector of the rigid rotation that fits the motion of a body in the step best. Zero if the
@@ -222,16 +129,19 @@ void BodyRotations::set_frame(std::size_t body, const Vec3& angle, const Vec3& m
 
 void BodyRotations::begin(const parallel::Threads& threads, std::span<const Vec3> positions,
                           std::span<const Vec3> velocities, double time_step,
-                          std::span<const std::uint8_t> braked) {
+                          std::span<const std::uint8_t> free) {
   time_step_ = time_step;
   parallel::for_each(threads, bodies_.size(), 1, [&](std::size_t body) {
     frames_[body] = {};
     if (stretch_energies_[body] == 0.0) return;
-    starts_[body] = rigid_motion(body, positions, velocities);
+    starts_[body] = motion_of(body, positions, velocities);
     if (!starts_[body].dominates()) return;
     const Vec3 angle = free_angle(starts_[body], time_step);
-    const bool is_braked = !braked.empty() && braked[body] != 0 && length(angle) > braked_angle;
-    if (is_braked || swells(body, angle, starts_[body].energy))
+    const RigidMotion& start = starts_[body];
+    const bool is_stiff = start.energy <= most_of_stretch * stretch_energies_[body] && start.is_rigid();
+    const bool rotates = !free.empty() && (free[body] == 2 || (free[body] == 1 && is_stiff));
+    const bool turns_freely = rotates && length(angle) > least_angle;
+    if (turns_freely || swells(body, angle, starts_[body].energy))
       set_frame(body, angle, starts_[body].momentum);
   });
 }
@@ -241,7 +151,8 @@ bool BodyRotations::follow(const parallel::Threads& threads, std::span<const Vec
   parallel::for_each(threads, bodies_.size(), 1, [&](std::size_t body) {
     changed_[body] = 0;
     if (stretch_energies_[body] == 0.0) return;
-    const RigidMotion mean = rigid_motion(body, positions, velocities);
+    if (time_step_ * length(starts_[body].angular_velocity()) > largest_known_angle) return;
+    const RigidMotion mean = motion_of(body, positions, velocities);
     const Frame& last = frames_[body];
     const Vec3 left = angle_of(body, mean, positions, velocities) - last.angle;
     if (length(left) <= largest_arc_angle || !swells(body, left, mean.energy)) return;
@@ -291,69 +202,6 @@ Vec3 BodyRotations::displacement(Index body, const Vec3& position) const {
   return rotated(frame.rotation, arm) - arm;
 }
 
-BodyRotations::ArcMotion BodyRotations::arc_motion_of(std::size_t body, std::span<const Vec3> positions,
-                                                      std::span<const Vec3> velocities) const {
-  const Range points = bodies_[body].points;
-  const Frame& frame = frames_[body];
-  const RigidMotion& start = starts_[body];
-  double mass = 0.0;
-  ArcMotion arc;
-  for (Index i = points.begin; i < points.end; ++i) {
-    mass += at(masses_, i);
-    arc.velocity += at(masses_, i) * at(velocities, i);
-  }
-  arc.velocity = (1.0 / mass) * arc.velocity;
-  double energy = 0.0;  // of the motion about the centre
-  for (Index i = points.begin; i < points.end; ++i)
-    energy += 0.5 * at(masses_, i) * squared_length(at(velocities, i) - arc.velocity);
-  // Moment of the displacements (beyond those of the frame) about the rotated positions.
-  Vec3 moment;
-  double moved = 0.0;
-  for (Index i = points.begin; i < points.end; ++i) {
-    const Vec3 arm = rotated(frame.rotation, at(positions, i) - start.center);
-    const Vec3 motion = time_step_ * (at(velocities, i) - arc.velocity) -
-                        displacement(static_cast<Index>(body), at(positions, i));
-    moment += at(masses_, i) * cross(arm, motion);
-    moved += at(masses_, i) * squared_length(motion);
-  }
-  const Vec3 angle = turned(frame.rotation, start.inverse_inertia, moment);
-  const bool dominates = frame.angle != Vec3{} || dot(moment, angle) > 0.5 * moved;
-  if (!dominates || !swells(body, angle, energy)) return {};
-  arc.angle = angle;
-  arc.rotation = rotation_by(angle);
-  const Vec3 momentum =
-      (1.0 / time_step_) * moment + turned(frame.rotation, start.inertia, frame.angular_velocity);
-  const Vec3 lost = rotated_back(arc.rotation, momentum) - momentum;
-  arc.correction = rotated(arc.rotation, turned(frame.rotation, start.inverse_inertia, lost));
-  return arc;
-}
-
-bool BodyRotations::set_arcs(const parallel::Threads& threads, std::span<const Vec3> positions,
-                             std::span<const Vec3> velocities, std::span<const std::uint8_t> held) {
-  parallel::for_each(threads, bodies_.size(), 1, [&](std::size_t body) {
-    arcs_[body] = {};
-    if (stretch_energies_[body] > 0.0 && held[body] == 0)
-      arcs_[body] = arc_motion_of(body, positions, velocities);
-  });
-  return std::ranges::any_of(arcs_, [](const ArcMotion& arc) { return arc.angle != Vec3{}; });
-}
-
-Vec3 BodyRotations::arc_displacement(Index body, const Vec3& position) const {
-  const ArcMotion& arc = at(arcs_, body);
-  if (arc.angle == Vec3{}) return {};
-  const Frame& frame = at(frames_, body);
-  const Vec3 arm = rotated(frame.rotation, position - at(starts_, body).center);
-  return rotated(arc.rotation, arm) - arm - cross(arc.angle, arm);
-}
-
-Vec3 BodyRotations::arc_velocity(Index body, const Vec3& position, const Vec3& velocity) const {
-  const ArcMotion& arc = at(arcs_, body);
-  if (arc.angle == Vec3{}) return velocity;
-  const Frame& frame = at(frames_, body);
-  const Vec3 arm = rotated(arc.rotation, rotated(frame.rotation, position - at(starts_, body).center));
-  return arc.velocity + rotated(arc.rotation, velocity - arc.velocity) + cross(arc.correction, arm);
-}
-
 Vec3 BodyRotations::excess_velocity(Index body, const Vec3& position) const {
   const Frame& frame = at(frames_, body);
   if (frame.angle == Vec3{}) return {};
@@ -364,45 +212,6 @@ Vec3 BodyRotations::excess_velocity(Index body, const Vec3& position) const {
 Vec3 BodyRotations::turned_vector(Index body, const Vec3& a) const {
   const Frame& frame = at(frames_, body);
   return frame.angle == Vec3{} ? a : rotated(frame.rotation, a);
-}
-
-Vec3 BodyRotations::lost_impulse(Index body, const Vec3& position, const Vec3& place,
-                                 const Vec3& force) const {
-  if (!has_frame(body)) return {};
-  const Frame& frame = at(frames_, body);
-  const Vec3 acted_at = rotated(frame.rotation, position - frame.center);
-  return joint_fraction(length(frame.angle)) * time_step_ * cross(place - frame.center - acted_at, force);
-}
-
-Vec3 BodyRotations::allowed_impulse(Index body, const Vec3& lasting, const Vec3& contacts,
-                                    std::span<const Vec3> positions, std::span<const Vec3> velocities) const {
-  if (!has_frame(body)) return {};
-  const Frame& frame = at(frames_, body);
-  const auto by_inertia = [&](const Vec3& a) {
-    return turned(frame.rotation, at(starts_, body).inverse_inertia, a);
-  };
-  Vec3 momentum;  // about the centre of the rotated body, whose arms add up to zero by mass
-  const Range points = at(bodies_, body).points;
-  for (Index i = points.begin; i < points.end; ++i) {
-    momentum +=
-        at(masses_, i) * cross(rotated(frame.rotation, at(positions, i) - frame.center), at(velocities, i));
-  }
-  const Vec3 left = by_inertia(momentum);
-  const double fraction = dot(left, frame.angular_velocity) / squared_length(frame.angular_velocity);
-  const Vec3 impulse = lasting + (dot(contacts, left) < 0.0 ? contacts : Vec3{});
-  const Vec3 change = by_inertia(impulse);
-  constexpr double most = 0.25;
-  double part = std::min(1.0, most * length(frame.angular_velocity) / length(change));
-  // A part of it that makes the body as fast as its frame, but not faster.
-  const double faster = dot(change, frame.angular_velocity) / squared_length(frame.angular_velocity);
-  if (part * faster > 0.0) part = std::min(part, std::max(0.0, 1.0 - fraction) / faster);
-  return (part * std::clamp(4.0 * fraction - 2.0, 0.0, 1.0)) * impulse;
-}
-
-Vec3 BodyRotations::velocity_by(Index body, const Vec3& position, const Vec3& impulse) const {
-  const Frame& frame = at(frames_, body);
-  return cross(turned(frame.rotation, at(starts_, body).inverse_inertia, impulse),
-               rotated(frame.rotation, position - frame.center));
 }
 
 Vec3 BodyRotations::rigid_velocity(Index body, const Vec3& position) const {

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -8,27 +7,11 @@
 #include <palpate/material.hpp>
 #include <palpate/mesh.hpp>
 
-#include "fem/matrix.hpp"
+#include "fem/rigid_motion.hpp"
 #include "geometry/rotation.hpp"
 #include "parallel/parallel.hpp"
 
 namespace palpate::fem {
-
-/// The rigid motion with the same linear and angular momentum as a body.
-struct RigidMotion {
-  Vec3 center{};      ///< centre of mass, m
-  Vec3 velocity{};    ///< of the centre, m/s
-  Vec3 momentum{};    ///< angular, about the centre
-  Matrix3 inertia{};  ///< about the centre
-  Matrix3 inverse_inertia{};
-  /// Sum of m r_k d over the points for each axis k, with r from the centre and d the velocity beyond the
-  /// rigid motion.
-  std::array<Vec3, 3> deformation{};
-  double energy = 0.0;  ///< kinetic, of the motion about the centre, J
-  [[nodiscard]] Vec3 angular_velocity() const { return inverse_inertia * momentum; }
-  /// Whether rotation is more than half of the motion about the centre; false for a collapsed body.
-  [[nodiscard]] bool dominates() const { return dot(momentum, angular_velocity()) > energy; }
-};
 
 /// Rotations of whole bodies within a step. They make it possible to solve a step in frames that rotate with
 /// the bodies.
@@ -56,18 +39,20 @@ class BodyRotations {
                 std::span<const std::uint8_t> obstacles);
 
   /// Rotates the frames of bodies by their motion at the start of a step, as rigid bodies without torque. A
-  /// body gets a frame only if its motion about the centre is mostly a rotation and its expansion would store
-  /// more than 5e-4 of the energy of that motion. Blocks that rock a little in a pile do not need one. A body
-  /// whose matrix has the derivative of its forces by rotations gets a frame for any angle above 1e-3 rad: a
-  /// step at fixed axes takes a fraction of about the square of the angle from its energy of rotation.
-  /// O(n_points).
+  /// body gets a frame only if its motion about the centre is mostly a rotation, and if one of two conditions
+  /// holds: its expansion would store more than 5e-4 of the energy of that motion, or it is free, rotates by
+  /// more than 1e-3 rad, and its motion neither deforms nor strains it much. Without a frame, contacts of a
+  /// body that rolls brake it, in proportion to the angle; and a matrix that has the derivative of its forces
+  /// by rotations takes a fraction of about the square of the angle from its energy of rotation. O(n_points).
   ///
   /// \param positions, velocities  (n_points x 3) at the start
-  /// \param braked                 (n_bodies) 1: its matrix has that derivative; or empty: none has
+  /// \param free                   (n_bodies) 1: no point of the body is held; 2: and its matrix has that
+  ///                               derivative, so it may deform; or empty: all are held
   void begin(const parallel::Threads& threads, std::span<const Vec3> positions,
-             std::span<const Vec3> velocities, double time_step, std::span<const std::uint8_t> braked = {});
+             std::span<const Vec3> velocities, double time_step, std::span<const std::uint8_t> free = {});
   /// Updates the frames after a solution with these `velocities`, where it rotates a body too far beyond its
-  /// frame for arcs. Returns whether any frame has changed. O(n_points).
+  /// frame for arcs. Bodies that rotate by more than pi in a step keep their frames. Returns whether any
+  /// frame has changed. O(n_points).
   ///
   /// Contacts rotate a body, and its rotation changes the contacts. So solutions and frames are a fixed-point
   /// iteration, with a step length for each body (Irons & Tuck, Int. J. Numer. Methods Eng. 1 (1969), 275).
@@ -83,6 +68,8 @@ class BodyRotations {
   [[nodiscard]] Vec3 turned_velocity(Index body, const Vec3& position, const Vec3& velocity) const;
   /// Whether any body has a rotated frame.
   [[nodiscard]] bool any() const;
+  /// The angle of the frame of a body, rad; 0 without a frame.
+  [[nodiscard]] double angle(Index body) const { return length(at(frames_, body).angle); }
   /// The largest angle of a frame, rad.
   [[nodiscard]] double largest_angle() const;
   /// Chooses the bodies whose points move along arcs instead of the straight paths of a solution with these
@@ -107,6 +94,10 @@ class BodyRotations {
   /// Velocity of a point by the rigid rotation of its body at the start of the step, m/s; zero for bodies of
   /// points on a line and for obstacles.
   [[nodiscard]] Vec3 rigid_velocity(Index body, const Vec3& position) const;
+  /// The angular momentum that a point of a rotated body lacks because forces of the step move it by
+  /// `displacement` to another arm, while it keeps the velocity that the rotation gave it at the old one, for
+  /// each mass, m^2/s. Where Coriolis forces are left out (large angles), so is this.
+  [[nodiscard]] Vec3 lost_momentum(Index body, const Vec3& position, const Vec3& displacement) const;
   /// A vector that rotates with the frame of a body.
   [[nodiscard]] Vec3 turned_vector(Index body, const Vec3& a) const;
   /// Angular impulse about the centre that a force on a point gives if it acts at `place` at the start of the
@@ -121,6 +112,8 @@ class BodyRotations {
   /// impacts would gain energy. O(points of the body).
   [[nodiscard]] Vec3 allowed_impulse(Index body, const Vec3& lasting, const Vec3& contacts,
                                      std::span<const Vec3> positions, std::span<const Vec3> velocities) const;
+  /// At most a quarter of the angular velocity of the frame: a collapsed body has hardly any inertia.
+  [[nodiscard]] Vec3 bounded_impulse(Index body, const Vec3& impulse) const;
   /// Velocity of a point at the end of the step by an angular impulse about the centre of its body, m/s.
   [[nodiscard]] Vec3 velocity_by(Index body, const Vec3& position, const Vec3& impulse) const;
   /// Displacement of a point by the rigid rotation of its body in the step: by its frame, or, without one,
@@ -165,8 +158,10 @@ class BodyRotations {
   };
   [[nodiscard]] ArcMotion arc_motion_of(std::size_t body, std::span<const Vec3> positions,
                                         std::span<const Vec3> velocities) const;
-  [[nodiscard]] RigidMotion rigid_motion(std::size_t body, std::span<const Vec3> positions,
-                                         std::span<const Vec3> velocities) const;
+  [[nodiscard]] RigidMotion motion_of(std::size_t body, std::span<const Vec3> positions,
+                                      std::span<const Vec3> velocities) const {
+    return rigid_motion(bodies_[body].points, masses_, positions, velocities);
+  }
   [[nodiscard]] Vec3 angle_of(std::size_t body, const RigidMotion& mean, std::span<const Vec3> positions,
                               std::span<const Vec3> velocities) const;
   [[nodiscard]] bool swells(std::size_t body, const Vec3& angle, double energy) const;

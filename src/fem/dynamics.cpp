@@ -153,20 +153,6 @@ Dynamics::Dynamics(const Bodies& bodies, const Materials& materials, std::vector
   mark_held_bodies();
 }
 
-/// Marks the bodies that get no arcs: nonlinear ones, and bodies with points that do not move freely.
-void Dynamics::mark_held_bodies() {
-  held_bodies_.assign(bodies_.size(), 0);
-  std::vector<std::uint8_t> grounded(bodies_.size(), 0);
-  for (std::size_t i = 0; i < masses_.size(); ++i) {
-    const Index body = body_of_point_[i];
-    if (held_axes_[i] != 0) at(grounded, body) = 1;
-    if (held_axes_[i] != 0 || is_nonlinear(i)) at(held_bodies_, body) = 1;
-  }
-  turning_bodies_ = braked_bodies_;
-  for (std::size_t body = 0; body < bodies_.size(); ++body)
-    if (grounded[body] != 0) turning_bodies_[body] = 0;
-}
-
 void Dynamics::set_fixed_axes(const Bodies& bodies, const Materials& materials,
                               std::span<const std::uint8_t> axes) {
   holds_ = AxisHolds(bodies, materials, axes, free_, masses_);
@@ -236,38 +222,6 @@ void Dynamics::prescribe(std::span<const Index> points, std::span<const Vec3> po
   prescribed_positions_.assign(positions.begin(), positions.end());
 }
 
-/// Sets the velocities to which the solution is added. A change of frames changes them, so the solution is
-/// adapted.
-void Dynamics::set_base_velocities() {
-  parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
-    if (system_.free()[i] == 0) {
-      base_velocities_[i] = {};
-      return;
-    }
-    const Vec3 velocity = rotations_.free_velocity(body_of_point_[i], positions_[i], velocities_[i]);
-    solution_[i] = padded(unpadded(solution_[i]) + unpadded(base_velocities_[i]) - velocity);
-    base_velocities_[i] = padded(velocity);
-  });
-  for (std::size_t k = 0; k < prescribed_points_.size(); ++k) {
-    const Index i = prescribed_points_[k];
-    at(base_velocities_, i) = padded((1.0 / time_step_) * (prescribed_positions_[k] - at(positions_, i)));
-  }
-}
-
-std::span<const Vec3> Dynamics::deformed_positions(double time_step) {
-  constexpr double ahead = 0.75;  // half drives vibrations; with all, stiff bodies tremble
-  const double h = step_length(time_step);
-  if (!second_order_) rotations_.begin(threads_, positions_, velocities_, h, turning_bodies_);
-  parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
-    const Index body = body_of_point_[i];
-    end_positions_[i] = positions_[i];
-    if (at(braked_bodies_, body) == 0) return;
-    const Vec3 turns = rotations_.has_frame(body) ? rotations_.rigid_velocity(body, positions_[i]) : Vec3{};
-    end_positions_[i] += ahead * h * (velocities_[i] - turns);
-  });
-  return end_positions_;
-}
-
 void Dynamics::begin_step(double time_step, const Vec3& gravity, const ExternalForces& external_forces) {
   check_step(time_step, gravity);
   for (const auto& forces : {external_forces.all, external_forces.turning})
@@ -281,7 +235,7 @@ void Dynamics::begin_step(double time_step, const Vec3& gravity, const ExternalF
   }
   multigrid().begin_step();
   refined_ = false;
-  if (!second_order_) rotations_.begin(threads_, positions_, velocities_, time_step, turning_bodies_);
+  begin_rotations(time_step);
   set_loads(gravity, external_forces.all);
   linearise();
   set_initial_guess(time_step, gravity);

@@ -134,6 +134,20 @@ class Dynamics {
   [[nodiscard]] bool is_second_order() const { return second_order_; }
   /// The largest angle by which a body rotates in the step, as a whole, rad; 0 for small ones.
   [[nodiscard]] double largest_rotation() const { return second_order_ ? 0.0 : rotations_.largest_angle(); }
+  /// Whether the step is solved in any rotated frame.
+  [[nodiscard]] bool has_frames() const { return !second_order_ && rotations_.any(); }
+  /// The mean velocities over the step minus those at its end, by the rotations of frames (n_points x 3),
+  /// m/s. Valid until the next call. O(n_points).
+  [[nodiscard]] std::span<const Vec3> excess_velocities();
+  /// Displacement of a point by the frame of its body, m; zero without a frame.
+  [[nodiscard]] Vec3 frame_displacement(Index point) const {
+    return rotations_.displacement(at(body_of_point_, point), at(positions_, point));
+  }
+  /// The angle of the frame of a free body, rad; 0 without a frame, and for a body with held or prescribed
+  /// points.
+  [[nodiscard]] double frame_angle(Index body) const {
+    return has_frames() && at(turning_bodies_, body) != 0 ? rotations_.angle(body) : 0.0;
+  }
   /// Length of the implicit Euler step that is solved, s: 2/3 of the time step after start_second_order(),
   /// otherwise all of it.
   [[nodiscard]] double step_length(double time_step) const {
@@ -260,6 +274,7 @@ class Dynamics {
 
  private:
   void set_time_step(double time_step);
+  void begin_rotations(double time_step);
   void store_past();
   void forget_past();
   [[nodiscard]] Multigrid& multigrid() { return second_order_ ? second_order_multigrid_ : multigrid_; }
@@ -270,6 +285,7 @@ class Dynamics {
   void compute_point_forces();
   void add_rotation_forces();
   void find_lost_impulses(const Joints& joints);
+  [[nodiscard]] Vec3 impulse_by_deformation(Index body) const;
   void add_lost_impulses();
   void find_frame_reactions();
   void add_joint_impulse(const Coupling& joint, const Vec3& force, bool lasts);
@@ -363,7 +379,9 @@ class Dynamics {
   bool at_end_ = false;   ///< hyperelastic elements are updated at end_positions_
   /// (n_bodies) 1: its matrix has the derivative of its forces by rotations (hyperelastic or smoothed tets)
   std::vector<std::uint8_t> braked_bodies_;
-  std::vector<std::uint8_t> turning_bodies_;  ///< (n_bodies) 1: braked, and no point is held
+  std::vector<Vec3> excess_velocities_;       ///< scratch of excess_velocities()
+  std::vector<std::uint8_t> free_bodies_;     ///< (n_bodies) 1: no point is held; 2: and braked
+  std::vector<std::uint8_t> turning_bodies_;  ///< free_bodies_ without prescribed points in this step
   bool has_stiffness_damping_ = false;
   std::span<const Vec3> turning_forces_;        ///< ExternalForces::turning of the step
   std::vector<Vec3> lost_impulses_;             ///< (n_bodies) scratch of end_step(), N m s

@@ -121,12 +121,25 @@ void Dynamics::find_lost_impulses(const Joints& joints) {
     add_joint_impulse(joints.couplings[k], joints.forces[k], k < joints.lasting);
 }
 
+/// The angular momentum that a body in a rotated frame lacks because forces of the step deform it, N m s.
+Vec3 Dynamics::impulse_by_deformation(Index body) const {
+  Vec3 impulse;
+  if (!rotations_.has_frame(body)) return impulse;
+  const Range points = at(bodies_, body).points;
+  for (Index i = points.begin; i < points.end; ++i) {
+    impulse += at(masses_, i) *
+               rotations_.lost_momentum(body, at(positions_, i), time_step_ * unpadded(at(solution_, i)));
+  }
+  return rotations_.bounded_impulse(body, impulse);
+}
+
 void Dynamics::add_lost_impulses() {
   for (Index body = 0; body < static_cast<Index>(bodies_.size()); ++body) {
     Vec3& impulse = at(lost_impulses_, body);
     const Vec3& of_contacts = at(contact_impulses_, body);
     if (impulse != Vec3{} || of_contacts != Vec3{})
       impulse = rotations_.allowed_impulse(body, impulse, of_contacts, positions_, velocities_);
+    if (at(turning_bodies_, body) != 0) impulse += impulse_by_deformation(body);
   }
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
     const Vec3& impulse = at(lost_impulses_, body_of_point_[i]);

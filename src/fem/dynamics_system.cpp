@@ -1,3 +1,4 @@
+// The linear system of a step: matrix, forces and right side.
 #include <cmath>
 #include <limits>
 
@@ -5,8 +6,8 @@
 #include "fem/grains.hpp"
 #include "fem/padded_vectors.hpp"
 
-// The linear system of a step: matrix, forces and right side.
 namespace palpate::fem {
+
 /// Makes B = (1 + h a) M + (h b + h^2) K', with the damping a and b of the tets, and the forces. Both are at
 /// the positions at the start of the step, or at those of place_linear_positions().
 void Dynamics::linearise() {
@@ -24,27 +25,6 @@ void Dynamics::linearise() {
   form_system();
 }
 
-bool Dynamics::update_rotating_frames() {
-  if (second_order_ || !rotations_.follow(threads_, positions_, mean_velocities_)) return false;
-  const bool turns_directions = reuses_directions_ && !refined_ && !has_linear_couplings_;
-  turn_solution();
-  linearise();
-  if (turns_directions) contact_solver_.turn(threads_, matrix_.point_of_row(), body_of_point_, rotations_);
-  reuses_directions_ = turns_directions;
-  find_end();
-  return true;
-}
-
-/// Turns the solution with the frames that have changed.
-void Dynamics::turn_solution() {
-  parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
-    const Index body = body_of_point_[i];
-    if (system_.free()[i] == 0 || !rotations_.turns(body)) return;
-    const Vec3 velocity = rotations_.turned_velocity(body, positions_[i], mean_velocities_[i]);
-    solution_[i] = padded(velocity - unpadded(base_velocities_[i]));
-  });
-}
-
 /// Makes the matrix and the right side from the current elements.
 void Dynamics::form_system() {
   matrix_.assemble(threads_, diagonal_);
@@ -56,44 +36,6 @@ void Dynamics::form_system() {
   }
   if (has_stiffness_damping_) add_damping_of_rotation();
   compute_free_right_side();
-}
-
-/// Adds the terms of rotated frames to the forces: (h b + h^2) K' (x' - x) / h, since K' acts on
-/// displacements from the rotated positions x'; and the inertial forces.
-void Dynamics::add_rotation_forces() {
-  parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
-    rotation_velocities_[i] = padded((1.0 / time_step_) * (linear_positions_[i] - positions_[i]));
-  });
-  system_.multiply_blocks_exactly(threads_, rotation_velocities_, right_side_);
-  parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
-    if (system_.free()[i] == 0) return;
-    const Vec3 stiff = unpadded(right_side_[i]) - diagonal_[i] * unpadded(rotation_velocities_[i]);
-    point_forces_[i] += (1.0 / time_step_) * stiff + frame_force(i);
-  });
-}
-
-/// The inertial force of a point in a rotated frame, and what the rotation changes of the loads that turn.
-Vec3 Dynamics::frame_force(std::size_t point) const {
-  const Index body = body_of_point_[point];
-  const Vec3 inertial = masses_[point] * rotations_.inertial_acceleration(body, positions_[point]);
-  if (turning_forces_.empty()) return inertial;
-  return inertial + rotations_.turned_vector(body, turning_forces_[point]) - turning_forces_[point];
-}
-
-/// Takes the rigid rotations of bodies without a frame out of the stiffness damping: in a strained body they
-/// would be braked by it, since its matrix does not vanish there. Frames already leave them out.
-void Dynamics::add_damping_of_rotation() {
-  const double rate = 1.0 / time_step_;
-  parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
-    const Index body = body_of_point_[i];
-    const Vec3 beyond =
-        rotations_.rigid_displacement(body, positions_[i]) - rotations_.displacement(body, positions_[i]);
-    displacements_[i] = padded(rate * beyond);
-  });
-  const auto products = elements_.multiply(threads_, displacements_, damping_fractions_);
-  parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
-    if (free_[i] != 0) point_forces_[i] += rate * unpadded(products[i]);
-  });
 }
 
 /// Updates the elements, unless the computation of the energy has already done so.

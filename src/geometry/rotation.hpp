@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <numbers>
 
 #include <palpate/types.hpp>
@@ -30,9 +31,34 @@ inline Quaternion rotation_about(const Vec3& axis, double degrees) {
   return {cosine(half), sine(half) * normalized(axis)};
 }
 
+/// By a rotation vector: its direction is the axis, its length the angle, rad.
+inline Quaternion rotation_by(const Vec3& angle) {
+  if (angle == Vec3{}) return {};
+  return rotation_about(angle, 180.0 / std::numbers::pi * length(angle));
+}
+
 inline Vec3 rotated(const Quaternion& rotation, const Vec3& a) {
   const Vec3 t = 2.0 * cross(rotation.vector, a);
   return a + rotation.scalar * t + cross(rotation.vector, t);
+}
+
+/// By the inverse rotation.
+inline Vec3 rotated_back(const Quaternion& rotation, const Vec3& a) {
+  return rotated({rotation.scalar, -rotation.vector}, a);
+}
+
+/// Two rotations, the second argument first.
+inline Quaternion product(const Quaternion& a, const Quaternion& b) {
+  return {a.scalar * b.scalar - dot(a.vector, b.vector),
+          a.scalar * b.vector + b.scalar * a.vector + cross(a.vector, b.vector)};
+}
+
+/// The rotation vector of a rotation, its angle in [0, pi], rad.
+inline Vec3 rotation_vector(const Quaternion& q) {
+  const double sine_of_half = length(q.vector);
+  if (sine_of_half == 0.0) return {};
+  const double half = arc_tangent(sine_of_half, std::abs(q.scalar));
+  return ((q.scalar < 0.0 ? -2.0 : 2.0) * half / sine_of_half) * q.vector;
 }
 
 /// Spherical linear interpolation (slerp) from a (fraction 0) to b (fraction 1) along the shorter arc.

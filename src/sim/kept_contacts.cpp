@@ -32,6 +32,7 @@ bool find_gradients(const std::array<Vec3, 4>& corners, std::array<Vec3, 4>& gra
 }
 
 struct StepMotion {
+  const RimFalloff& rims;
   std::span<const Vec3> positions;
   std::span<const Vec3> velocities;
   double time_step = 0.0;
@@ -56,15 +57,19 @@ bool place(const Bodies& bodies, const StepMotion& motion, NearContact& near) {
   near.gap = dot(near.direction, from_corner) + kept.distances[0] / slope;
   const Vec3 foot = from_corner - near.gap * near.direction;
   double slide = 0.0;
+  Vec3 path;
   Vec3 velocity = at(motion.velocities, kept.point);
   for (std::size_t i = 0; i < 4; ++i) {
     near.weights[i] = dot(gradients[i], foot) + (i == 0 ? 1.0 : 0.0);
     slide = std::max(slide, std::abs(near.weights[i] - kept.foot[i]));
+    path += (near.weights[i] - kept.foot[i]) * corners[i];
     velocity -= near.weights[i] * at(motion.velocities, tet[i]);
   }
   // If detection did not find the point in the body, it is not in contact even below the plane, because the
   // body ends before it.
   if (!(near.gap >= 0.0) || slide > farthest_slide) return false;
+  const Index own = at(bodies.body_of_point(), kept.point);
+  if (length(path) > motion.rims.reach(own)) return false;
   return near.gap <= motion.time_step * length(velocity) + motion.fall;
 }
 
@@ -100,7 +105,8 @@ void KeptContacts::begin() {
 }
 
 std::span<const NearContact> KeptContacts::near(const parallel::Threads& threads, const Bodies& bodies,
-                                                const Contacts& contacts, std::span<const Vec3> positions,
+                                                const RimFalloff& rims, const Contacts& contacts,
+                                                std::span<const Vec3> positions,
                                                 std::span<const Vec3> velocities, double time_step,
                                                 double fall) {
   make_room(near_, kept_.size());
@@ -112,7 +118,7 @@ std::span<const NearContact> KeptContacts::near(const parallel::Threads& threads
     const bool is_there = c < contacts.size() && std::pair(contacts.point[c], contacts.body[c]) == key;
     if (!is_there) near_.emplace_back().kept = kept;
   }
-  const StepMotion motion{positions, velocities, time_step, fall};
+  const StepMotion motion{rims, positions, velocities, time_step, fall};
   parallel::for_each(threads, near_.size(), kept_grain, [&](std::size_t i) {
     if (!place(bodies, motion, near_[i])) near_[i].kept.point = -1;
   });

@@ -7,6 +7,7 @@
 
 #include <palpate/detection.hpp>
 
+#include "contact/rim_falloff.hpp"
 #include "geometry/vector.hpp"
 #include "parallel/parallel.hpp"
 
@@ -37,8 +38,10 @@ struct NearContact {
 /// tower, that would take a solve and a detection for each layer.
 ///
 /// A contact is kept while its bodies can close its gap within the step (by their velocity and gravity), and
-/// while its foot has not moved by more than a quarter of the tet, since the foot may otherwise be beyond a
-/// rim. A contact that is dropped too early is found again (ContactResponse::add_speculative()).
+/// while its foot has not moved by more than a quarter of the tet, or of the mean edge of the point's body:
+/// the foot may otherwise be beyond a rim, and the plane of a large tet is not that of the surface far from
+/// where it was found. A contact that is dropped too early is found again
+/// (ContactResponse::add_speculative()).
 class KeptContacts {
  public:
   /// Begins a step: the contacts that were passed to add() since the last begin() become the input of near().
@@ -53,7 +56,8 @@ class KeptContacts {
   /// `time_step`, s; sorted in the same way. Valid until the next call. O(contacts), parallel.
   /// \param fall  distance by which gravity moves a body in a time step, m
   [[nodiscard]] std::span<const NearContact> near(const parallel::Threads& threads, const Bodies& bodies,
-                                                  const Contacts& contacts, std::span<const Vec3> positions,
+                                                  const RimFalloff& rims, const Contacts& contacts,
+                                                  std::span<const Vec3> positions,
                                                   std::span<const Vec3> velocities, double time_step,
                                                   double fall);
 

@@ -129,6 +129,7 @@ void ContactResponse::compute(const parallel::Threads& threads, const Bodies& bo
   rims_.begin(threads, bodies, positions, contacts);
   time_step_ = times.ahead;
   since_ = times.since;
+  left_out_.clear();
   const std::size_t first = couplings.size();
   make_room(couplings, first + contacts);
   couplings.resize(first + contacts);
@@ -239,6 +240,29 @@ void ContactResponse::compute_one(const Bodies& bodies, ContactTable& table, std
   states.velocity[c] = velocity;
   states.stiffness[c] = k;
   states.lost[c] = 0;
+}
+
+void ContactResponse::move_back(const parallel::Threads& threads, std::span<const Vec3> places,
+                                std::span<const Vec3> positions, std::span<const fem::Coupling> couplings) {
+  parallel::for_each(threads, laws_.size(), grain, [&](std::size_t c) {
+    const Vec3 motion = fem::relative(couplings[c], places) - fem::relative(couplings[c], positions);
+    laws_[c].depth += dot(motion, laws_[c].direction);
+    if (laws_[c].depth < 0.0) laws_[c].damping = 0.0;
+  });
+}
+
+void ContactResponse::leave_out(const parallel::Threads& threads, std::span<const Vec3> excess,
+                                std::span<const fem::Coupling> couplings) {
+  make_room(left_out_, laws_.size());
+  left_out_.resize(laws_.size());
+  parallel::for_each(threads, laws_.size(), grain, [&](std::size_t c) {
+    fem::ContactLaw& law = laws_[c];
+    if (law.stiffness == 0.0) return;
+    const Vec3 of_excess = (law.resistance(time_step_) / law.stiffness) *
+                           across(fem::relative(couplings[c], excess), law.direction);
+    law.slip += left_out_[c] - of_excess;
+    left_out_[c] = of_excess;
+  });
 }
 
 void ContactResponse::add_stops(std::span<const StopOfPassing> stops, std::vector<fem::Coupling>& couplings) {

@@ -98,6 +98,7 @@ class ContactResponse {
   /// those of edge contacts (EdgeResponse). Then, as speculative contacts, those contacts of the last step
   /// that are near (KeptContacts). O(contacts log contacts), parallel.
   /// \param table      contacts at `positions`; its columns hold their states
+  /// \param positions  those at the start of the step, unless move_back() is called
   /// \param times      lengths of the steps before and after this call
   /// \param fall       distance by which gravity moves a body in the step, m
   void compute(const parallel::Threads& threads, const Bodies& bodies, ContactTable& table,
@@ -113,6 +114,19 @@ class ContactResponse {
                                        ContactTable& table, std::span<const Vec3> positions_end,
                                        std::span<const Vec3> velocities_end, double acting,
                                        std::vector<fem::Coupling>& couplings);
+
+  /// Call after a compute() at other positions (`places`) than those at the start of the step. Depths of laws
+  /// become those at the start, for the directions there: a point that moves from the start to its place gets
+  /// the depth that it has there. O(contacts), parallel.
+  void move_back(const parallel::Threads& threads, std::span<const Vec3> places,
+                 std::span<const Vec3> positions, std::span<const fem::Coupling> couplings);
+
+  /// Friction counts the velocities at the end of the step, but laws have the mean velocities of the step. In
+  /// rotated frames these differ: a point of a body that rolls moves along a chord. So the slip of each law
+  /// is changed by what `excess` changes of its friction. O(contacts), parallel. \param excess  (n_points x
+  /// 3) mean velocities minus those at the end, m/s
+  void leave_out(const parallel::Threads& threads, std::span<const Vec3> excess,
+                 std::span<const fem::Coupling> couplings);
 
   /// Number of laws of the last compute(), without speculative contacts.
   [[nodiscard]] std::size_t present() const { return present_; }
@@ -226,8 +240,9 @@ class ContactResponse {
   DetectedSurfaces surfaces_;  ///< without normals: edges have no forces
   FlushFaces flush_;
   std::size_t present_ = 0;
-  double time_step_ = 0.0;                ///< of the step after the last compute(), s
-  double since_ = 0.0;                    ///< length of the step before it, s
+  double time_step_ = 0.0;      ///< of the step after the last compute(), s
+  double since_ = 0.0;          ///< length of the step before it, s
+  std::vector<Vec3> left_out_;  ///< what leave_out() has subtracted from the slips of the first laws, m
   std::vector<fem::ContactLaw> laws_;     ///< in the order of the couplings
   std::vector<std::uint8_t> of_edge_;     ///< the same order
   std::vector<double> scales_;            ///< rim falloff of each contact

@@ -21,7 +21,8 @@ constexpr double speculative_tolerance = 0.05;
 void ContactResponse::append_near(const parallel::Threads& threads, const Bodies& bodies, ContactTable& table,
                                   std::span<const Vec3> positions, std::span<const Vec3> velocities,
                                   double fall, std::vector<fem::Coupling>& couplings) {
-  const auto near = kept_.near(threads, bodies, table.contacts(), positions, velocities, time_step_, fall);
+  const auto near =
+      kept_.near(threads, bodies, rims_, table.contacts(), positions, velocities, time_step_, fall);
   resize_with_room(speculative_, near.size());
   parallel::for_each(threads, near.size(), grain, [&](std::size_t i) {
     const NearContact& contact = near[i];

@@ -10,6 +10,7 @@
 #include <palpate/simulation.hpp>
 
 #include "fem/dynamics.hpp"
+#include "fem/matrix.hpp"
 #include "parallel/parallel.hpp"
 #include "sim/grabs.hpp"
 #include "sim/holds.hpp"
@@ -85,6 +86,8 @@ struct Simulation::State {
     int failed_searches = 0;         ///< since then, searches that found as many or more
     double detection_seconds = 0.0;  ///< of the time budget, in the substep
     bool complete = true;            ///< the last detection found all contacts
+    bool searched = false;           ///< the substep began with a detection of its own, in rotated frames
+    bool computed = false;           ///< the contacts of the substep have been computed
   };
   /// How a solution came about.
   struct Solution {
@@ -92,6 +95,11 @@ struct Simulation::State {
     std::int64_t speculative_contacts = 0;
   };
   Solution solve_with_speculative_contacts(const StepMetrics& last);
+  [[nodiscard]] bool turns_in_contact() const;
+  void find_places();
+  [[nodiscard]] bool places_are_shallow() const;
+  [[nodiscard]] bool turns(Index body) const;
+  [[nodiscard]] std::span<const Vec3> find_contacts();
   Solution solve_step(const StepMetrics& last);
   void set_metrics(const StepMetrics& of);
   void undo_step(bool detected);
@@ -136,8 +144,15 @@ struct Simulation::State {
   Ties ties;
   std::vector<fem::Coupling> couplings;  ///< of grabs, held axes, ties, then contacts
   std::size_t grab_couplings = 0;
-  std::size_t first_tie = 0;          ///< index of the first tie in `couplings`
-  std::size_t first_contact = 0;      ///< index of the first contact in `couplings`
+  std::size_t first_tie = 0;      ///< index of the first tie in `couplings`
+  std::size_t first_contact = 0;  ///< index of the first contact in `couplings`
+  /// Contacts of a body, for find_places().
+  struct Touched {
+    fem::Matrix3 directions;  ///< sum of r r^T over its contacts
+    Vec3 deeper;              ///< sum of r (r d), with the displacement d by the frame at the contact, m
+  };
+  std::vector<Touched> touched;       ///< (n_bodies) scratch
+  std::vector<Vec3> places;           ///< (n_points x 3) scratch of find_places(), m
   std::size_t first_speculative = 0;  ///< index of the first speculative contact in `couplings`
   StepForces step_forces;
   bool records_reactions = false;

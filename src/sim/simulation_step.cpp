@@ -99,7 +99,6 @@ void Simulation::State::begin_step() {
   progress.failed_searches = 0;
   metrics.stopped_passes = 0;
   metrics.passes = 0;
-  if (sweeps()) swept.begin_step(dynamics.positions(), DetectorSteps::table(detector));
 }
 
 /// One solve with the contacts found so far.
@@ -111,6 +110,8 @@ bool Simulation::State::solve(bool loose, bool steady) {
   constexpr int last_means = 4;  // times the iterations, in substeps that may not be divided
   const SolverSettings& solver = settings.solver;
   const bool is_last = shortest_substep() < settings.time_step && !may_divide();
+  if (dynamics.has_frames())
+    response.leave_out(threads, dynamics.excess_velocities(), std::span(couplings).subspan(first_contact));
   const fem::SolveReport report = dynamics.solve(
       contact_set(),
       {.tolerance = loose ? std::max(loose_tolerance, solver.tolerance) : solver.tolerance,
@@ -154,7 +155,9 @@ Simulation::State::Solution Simulation::State::solve_with_speculative_contacts(c
   metrics.looks_ahead = predicts;
   const bool fixed = settings.solver.fixed_iterations.has_value();
   bool loose = last.speculative_contacts > 0 && predicts && !fixed;
-  bool steady = (last.detections == 1 || last.order == 2) && !fixed;
+  // The search in rotated frames was probably made in the step before, too.
+  const bool found_at_once = last.detections == 1 || (progress.searched && last.detections == 2);
+  bool steady = (found_at_once || last.order == 2) && !fixed;
   const auto known = std::ssize(response.laws());
   bool settled = last.speculative_contacts == 0;  // no new contacts are expected
   int rotations = 0;                              // of frames, since the last new contacts
@@ -224,6 +227,7 @@ double Simulation::State::normal_forces() const {
 /// Forces and the end of a substep, computed from the positions and velocities of `dynamics`.
 Simulation::State::Solution Simulation::State::solve_step(const StepMetrics& last) {
   Stopwatch watch;
+  progress.computed = false;
   couplings.clear();
   grabs.append(dynamics.positions(), dynamics.point_masses(), couplings);
   grab_couplings = couplings.size();
@@ -231,14 +235,24 @@ Simulation::State::Solution Simulation::State::solve_step(const StepMetrics& las
   first_tie = couplings.size();
   ties.append(dynamics.positions(), couplings);
   first_contact = couplings.size();
-  const double h = step_length();
-  response.compute(threads, bodies, DetectorSteps::table(detector), dynamics.positions(),
-                   dynamics.velocities(), {.since = h * (last_length / substep.length), .ahead = h},
-                   h * h * length(settings.gravity), couplings);
-  first_speculative = first_contact + response.present();
   metrics.forces_seconds += watch.lap();
   begin_step();
   metrics.solver_seconds += watch.lap();
+  if (sweeps()) swept.begin_step(dynamics.positions(), DetectorSteps::table(detector));
+  const std::span<const Vec3> contact_positions = find_contacts();
+  watch.lap();
+  const double h = step_length();
+  response.compute(threads, bodies, DetectorSteps::table(detector), contact_positions, dynamics.velocities(),
+                   {.since = h * (last_length / substep.length), .ahead = h},
+                   h * h * length(settings.gravity), couplings);
+  progress.computed = true;
+  if (progress.searched) {
+    response.move_back(threads, contact_positions, dynamics.positions(),
+                       std::span(couplings).subspan(first_contact));
+  }
+  first_speculative = first_contact + response.present();
+  if (sweeps()) swept.list_soft_pairs(DetectorSteps::table(detector));
+  metrics.forces_seconds += watch.lap();
   const Solution solution = solve_with_speculative_contacts(last);
   metrics.solver_converged = solution.converged;
   metrics.speculative_contacts = solution.speculative_contacts;
@@ -248,8 +262,10 @@ Simulation::State::Solution Simulation::State::solve_step(const StepMetrics& las
 /// \param detected  the step began with a detection of its own; otherwise it uses the held table
 void Simulation::State::undo_step(bool detected) {
   DetectorSteps::swap_back(detector);
-  if (!detected) DetectorSteps::table(detector).undo_step();
-  response.undo();
+  if (progress.computed) {
+    if (!detected && !progress.searched) DetectorSteps::table(detector).undo_step();
+    response.undo();
+  }
   dynamics.cancel_step();
 }
 

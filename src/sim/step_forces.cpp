@@ -25,14 +25,15 @@ void StepForces::take(const parallel::Threads& threads, std::span<const fem::Cou
     if (i < ranges.first_contact) return;
     const ContactOutcome outcome =
         response.outcome(i - ranges.first_contact, fem::relative(coupling, velocities));
-    contacts_[i - ranges.first_contact] = {.points = coupling.points,
-                                           .coefficients = coupling.coefficients,
-                                           .of_edge = response.is_of_edge(i - ranges.first_contact),
-                                           .depth = outcome.depth,
-                                           .direction = outcome.direction,
-                                           .force = all_[i],
-                                           .status = outcome.status,
-                                           .speculative = i >= ranges.first_speculative};
+    contacts_[i - ranges.first_contact] = {
+        .points = coupling.points,
+        .coefficients = coupling.coefficients,
+        .of_edge = response.is_of_edge(i - ranges.first_contact),
+        .depth = outcome.depth,
+        .direction = outcome.direction,
+        .force = all_[i],
+        .status = outcome.status,
+        .speculative = i >= ranges.first_speculative || outcome.depth < 0.0};
   });
   const auto first = all_.begin() + static_cast<std::ptrdiff_t>(ranges.first_tie);
   ties_.assign(first, all_.begin() + static_cast<std::ptrdiff_t>(ranges.first_contact));

@@ -138,7 +138,6 @@ void SweptResponse::begin_step(std::span<const Vec3> positions, const ContactTab
   make_room(start_ends_, 2 * contacts.edges().size() + contacts.size() / 4);
   list_ends(positions, contacts.edges());
   list_shifts(contacts);
-  list_soft_pairs(contacts);
   exits_.begin_step(contacts);
 }
 

@@ -48,6 +48,11 @@ class SweptResponse {
   /// \param positions  at the start of the step (n_points x 3)
   /// \param contacts   at these positions
   void begin_step(std::span<const Vec3> positions, const ContactTable& contacts);
+  /// Least local thickness of a body, m. O(1).
+  [[nodiscard]] double least_thickness(Index body) const { return at(query_.thickness().of_body, body); }
+  /// Call after ContactResponse::compute() of the step: lists pairs of bodies whose contacts act softly.
+  /// O(contacts).
+  void list_soft_pairs(const ContactTable& contacts);
 
   /// Laws and couplings for the pairs that pass; empty if nothing ends on a wrong side. Valid until the next
   /// call. Time: SweptQuery::find(), and O(found log found + contacts + edge contacts log(edge contacts)).
@@ -118,7 +123,6 @@ class SweptResponse {
            const ContactResponse& response);
   void list_ends(std::span<const Vec3> positions, const EdgeContacts& contacts);
   void list_shifts(const ContactTable& contacts);
-  void list_soft_pairs(const ContactTable& contacts);
   [[nodiscard]] bool is_soft(Index point, Index body) const;
   void add_shift(Index point, const Vec3& shift);
   [[nodiscard]] std::span<const Vec3> separated(std::span<const Vec3> start);

@@ -372,3 +372,41 @@ def test_a_restored_simulation_has_the_settings_that_were_changed(changed):
     unchanged.run(25)
     other.run(20)
     assert other.state_hash == unchanged.state_hash
+
+
+def test_a_change_after_a_restore_keeps_the_other_settings():
+    """It brought the settings of the scene back."""
+    scene = {
+        "gravity": [0, 0, 0],
+        "units": {"length": "mm"},
+        "bodies": [{"name": "ball", "ball": {"radius": 20, "resolution": 2}, "material": {}}],
+    }
+    one = palpate.Simulation(scene, threads=1)
+    one.change(gravity=(0, 0, -2000))
+    other = palpate.Simulation(scene, threads=1)
+    other.restore(one.save())
+    for simulation in (one, other):
+        simulation.change(contact={"friction": 0.2})
+        simulation.run(10)
+        assert simulation.velocities[:, 2].mean() == pytest.approx(-200)
+    assert other.state_hash == one.state_hash
+
+
+def test_a_change_in_a_stage_keeps_the_settings_of_the_stage():
+    """It brought the gravity of the scene back."""
+    simulation = palpate.Simulation(
+        {
+            "bodies": [{"name": "ball", "ball": {"radius": 0.02, "resolution": 2}, "material": {}}],
+            "stages": [
+                {"name": "falls", "until": {"time": 0.1}},
+                {"name": "drifts", "gravity": [0, 0, 0], "until": {"time": 1.0}},
+            ],
+        },
+        threads=1,
+    )
+    simulation.run(15)
+    before = simulation.velocities.mean(axis=0)
+    simulation.change(contact={"friction": 0.2})
+    simulation.run(5)
+    assert before[2] < -0.5
+    assert simulation.velocities.mean(axis=0) == pytest.approx(before)

@@ -83,7 +83,7 @@ def test_a_pressure_does_not_drive_a_clamped_bar():
 
 
 @pytest.mark.parametrize("model", ["corotational", "stable-neo-hookean"])
-@pytest.mark.parametrize(("time_step", "least"), [(0.01, 0.96), (0.005, 0.99), (0.001, 0.996)])
+@pytest.mark.parametrize(("time_step", "least"), [(0.01, 0.975), (0.005, 0.995), (0.001, 0.996)])
 def test_tied_bodies_keep_their_angular_momentum(model, time_step, least):
     """Of 10 ms steps, 0.686 was left."""
     left = {
@@ -208,3 +208,108 @@ def test_hyperelastic_tissue_converges_as_it_comes_to_rest_without_gravity():
         simulation.run(300)
     assert simulation.steps_not_converged == 0
     assert simulation.metrics.largest_speed < 1e-10
+
+
+def rolled(young_modulus, time_step, speed=0.0, slope=0.0):
+    """How far a ball rolls in about half a second, and how long that was."""
+    ball = {
+        "name": "ball",
+        "ball": {"radius": 0.05, "resolution": 6},
+        "translate": [0, 0, 0.05],
+        "velocity": [speed, 0, 0],
+        "angular_velocity": [0, speed / 0.05, 0],
+        "material": {"young_modulus": young_modulus},
+    }
+    floor = {
+        "name": "floor",
+        "box": {"cells": [12, 4, 1], "size": [1.2, 0.3, 0.05]},
+        "translate": [0.4, 0, -0.025],
+        "obstacle": True,
+    }
+    gravity = [9.81 * np.sin(slope), 0, -9.81 * np.cos(slope)]
+    scene = {"time_step": time_step, "gravity": gravity, "contact": {"friction": 0.5}, "bodies": [ball, floor]}
+    simulation = palpate.Simulation(scene, threads=1)
+    steps = round(0.5 / time_step)
+    simulation.run(steps)
+    assert simulation.steps_not_converged == 0
+    return simulation.center_of_mass("ball")[0], steps * time_step
+
+
+@pytest.mark.parametrize("time_step", [0.001, 0.002, 0.005, 0.01])
+@pytest.mark.parametrize(("young_modulus", "kept"), [(1e4, 0.93), (1e5, 0.975), (1e6, 0.975)])
+def test_a_ball_rolls_on(young_modulus, kept, time_step):
+    """Contacts of a body that turned by 0.02 rad in a step, and had no frame, braked it: balls of 10 kPa came 17 % less
+    far in steps of 5 ms, those of 100 kPa 8 % less far in steps of 2 ms. The facets of the ball take a little."""
+    distance, time = rolled(young_modulus, time_step, speed=0.5)
+    assert kept < distance / (0.5 * time) < 1.005
+
+
+@pytest.mark.parametrize("time_step", [0.001, 0.002, 0.005, 0.01])
+def test_a_ball_rolls_down_a_slope(time_step):
+    """Without slip, a ball accelerates by 5/7 of the slope's part of gravity."""
+    slope = 0.1
+    distance, time = rolled(1e5, time_step, slope=slope)
+    assert distance == pytest.approx(5 / 14 * 9.81 * np.sin(slope) * time**2, rel=0.03)
+
+
+def shell(lowest=-1.0, highest=1.0):
+    """A spherical shell of 3 to 4 cm, of the tets of a ball between these heights."""
+    points, tets = palpate.ball(radius=0.04, resolution=8)
+    radii, heights = np.linalg.norm(points, axis=1), points[:, 2]
+    inside = (radii > 0.03 - 1e-9) & (heights > lowest) & (heights < highest)
+    tets = tets[inside[tets].all(axis=1)]
+    used = np.unique(tets)
+    return points[used], np.searchsorted(used, tets)
+
+
+def ball_in(shell_mesh, radius, time_step, gravity, **of_shell):
+    model = palpate.Model()
+    model.add_body(*shell_mesh, name="shell", **of_shell)
+    model.add_body(
+        *palpate.ball(radius=radius, resolution=5), name="ball", material=palpate.Material(young_modulus=1e5)
+    )
+    return palpate.Simulation(model, threads=1, time_step=time_step, gravity=(0, 0, -gravity))
+
+
+def spin(simulation, angular_velocity):
+    ball = simulation.bodies["ball"].points
+    arms = simulation.positions[ball] - simulation.center_of_mass("ball")
+    simulation.set_velocities(np.cross(angular_velocity, arms), np.arange(len(simulation.positions))[ball])
+
+
+def angular_momentum(simulation):
+    tets = np.asarray(simulation.bodies.tets)
+    rest = np.asarray(simulation.bodies.points_rest)[tets]
+    masses = np.zeros(len(simulation.positions))
+    np.add.at(masses, tets, 250.0 / 6.0 * np.abs(np.linalg.det(rest[:, 1:] - rest[:, :1]))[:, None])
+    return lambda name: (masses[:, None] * np.cross(simulation.positions, simulation.velocities))[
+        simulation.bodies[name].points
+    ].sum(axis=0)
+
+
+@pytest.mark.parametrize("time_step", [0.002, 0.005, 0.01])
+def test_a_ball_that_slides_in_a_cup_does_not_drive_itself(time_step):
+    """Its contacts had the directions of the start of the step, at arms of the end: it reached 11 rad/s."""
+    simulation = ball_in(shell(highest=0.006), 0.0295, time_step, 9.81, obstacle=True)
+    simulation.run(round(0.3 / time_step))
+    spin(simulation, [2, 0, 0])
+    momentum = angular_momentum(simulation)
+    arm = simulation.center_of_mass("ball")
+    before = momentum("ball")[0]
+    simulation.run(round(0.5 / time_step))
+    assert simulation.steps_not_converged == 0
+    moved = np.linalg.norm(simulation.center_of_mass("ball") - arm)
+    assert moved < 0.001
+    assert 0.8 < momentum("ball")[0] / before < 1.05
+
+
+@pytest.mark.parametrize(("time_step", "most"), [(0.002, 0.02), (0.005, 0.02), (0.01, 0.1)])
+def test_a_ball_in_a_shell_exchanges_its_momentum_with_it(time_step, most):
+    """Together they had 4 to 10 times as much after 0.3 s."""
+    simulation = ball_in(shell(), 0.0302, time_step, 0.0, material=palpate.Material(young_modulus=1e5))
+    spin(simulation, [0, 0, 3])
+    momentum = angular_momentum(simulation)
+    before = momentum("ball")[2]
+    simulation.run(round(0.3 / time_step))
+    assert simulation.steps_not_converged == 0
+    assert momentum("ball")[2] + momentum("shell")[2] == pytest.approx(before, rel=most)

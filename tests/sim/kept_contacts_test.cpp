@@ -24,10 +24,11 @@ struct Touching {
   }
   std::vector<NearContact> near(double fall, const Contacts& contacts = {}) {
     KeptContacts kept;
+    const RimFalloff rims(bodies);
     kept.add(1)[0] = contact;
     kept.begin();
     const auto found =
-        kept.near(parallel::Threads(2), bodies, contacts, positions, velocities, time_step, fall);
+        kept.near(parallel::Threads(2), bodies, rims, contacts, positions, velocities, time_step, fall);
     return {found.begin(), found.end()};
   }
   static constexpr Index point = 4;
