@@ -123,8 +123,10 @@ class ContactResponse {
 
   /// Friction counts the velocities at the end of the step, but laws have the mean velocities of the step. In
   /// rotated frames these differ: a point of a body that rolls moves along a chord. So the slip of each law
-  /// is changed by what `excess` changes of its friction. O(contacts), parallel. \param excess  (n_points x
-  /// 3) mean velocities minus those at the end, m/s
+  /// is changed by what `excess` changes of its friction.
+  /// \param excess  (n_points x 3) mean velocities minus those at the end, m/s
+  ///
+  /// O(contacts), parallel.
   void leave_out(const parallel::Threads& threads, std::span<const Vec3> excess,
                  std::span<const fem::Coupling> couplings);
 
