@@ -130,6 +130,9 @@ class ContactResponse {
   void leave_out(const parallel::Threads& threads, std::span<const Vec3> excess,
                  std::span<const fem::Coupling> couplings);
 
+  /// Whether leave_out() was called since the last compute(): again after each change of frames.
+  [[nodiscard]] bool leaves_out() const { return !left_out_.empty(); }
+
   /// Number of laws of the last compute(), without speculative contacts.
   [[nodiscard]] std::size_t present() const { return present_; }
   /// Appends laws and couplings for points and edges that would otherwise pass through a body within the

@@ -110,7 +110,7 @@ bool Simulation::State::solve(bool loose, bool steady) {
   constexpr int last_means = 4;  // times the iterations, in substeps that may not be divided
   const SolverSettings& solver = settings.solver;
   const bool is_last = shortest_substep() < settings.time_step && !may_divide();
-  if (dynamics.has_frames())
+  if (dynamics.has_frames() || response.leaves_out())
     response.leave_out(threads, dynamics.excess_velocities(), std::span(couplings).subspan(first_contact));
   const fem::SolveReport report = dynamics.solve(
       contact_set(),
