@@ -6,7 +6,9 @@
 #include <sstream>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <utility>
+#include <vector>
 
 #include "detection_options.hpp"
 #include "exit_codes.hpp"
@@ -110,8 +112,22 @@ std::string json(const Scene& scene, const Bodies& bodies, const Detector& detec
   return text + "\n]\n}\n";
 }
 
+/// Throws BadInput if the output would replace the scene or one of its meshes.
+void refuse_input_as_output(const DetectOptions& options, const SceneInput& input) {
+  if (!options.out) return;
+  std::vector<std::filesystem::path> files{options.scene.file};
+  for (const std::optional<MeshRecord>& record : input.files)
+    if (record) files.emplace_back(record->file);
+  for (const std::filesystem::path& file : files) {
+    std::error_code ignored;
+    if (std::filesystem::equivalent(file, *options.out, ignored))
+      throw BadInput("--out", "", options.out->string() + ", which is read", "another file");
+  }
+}
+
 int detect(const DetectOptions& options) {
   SceneInput input = read_scene_input(options.scene);
+  refuse_input_as_output(options, input);
   options.detection.apply(input.scene.settings.detection);
   // Positions at the start of a run: prescribed bodies are where their motion is at time 0.
   const Model& model = input.model;

@@ -35,9 +35,11 @@ fs::path folder_for(const std::string& name, const std::optional<fs::path>& name
     throw BadInput(folder.string(), "", "an existing file or folder",
                    "a name that does not exist yet; --out FOLDER replaces files in an existing folder");
   }
+  if (fs::exists(folder, ignored) && !fs::is_directory(folder, ignored))
+    throw BadInput(folder.string(), "", "a file", "a folder to write to");
   std::error_code failed;
   fs::create_directories(folder, failed);
-  if (failed) throw BadInput(folder.string(), "", "'" + failed.message() + "'", "a folder to write to");
+  if (failed) throw Error(folder.string(), "", "'" + failed.message() + "'", "a folder to write to");
   return folder;
 }
 
@@ -129,12 +131,29 @@ std::pair<double, double> parse_pair(const std::string& flag, const std::string&
           parse_number(flag, text.substr(comma + 1), scene_format::Limits{})};
 }
 
+/// Calls make(). If it refuses a value, the message names the flag that gave it: `size` gives a width and a
+/// length, `place` an x and a y.
+template <class Make>
+auto with_flags(const std::string& size, const std::string& place, Make&& make) {
+  try {
+    return make();
+  } catch (const Error& error) {
+    const std::string& what = error.where();
+    if (what == "width" || what == "length") throw BadInput(size, what, error.found(), error.expected());
+    if (what == "x" || what == "y") throw BadInput(place, what, error.found(), error.expected());
+    throw BadInput("--" + what, "", error.found(), error.expected());
+  }
+}
+
 Subcommand add_orbit_labels(CLI::App& generate) {
   auto options = std::make_shared<LabelOptions>(LabelOptions{.out = {"orbit.seg.nrrd", {}}, .defect = {}});
-  Subcommand command = add_labels(
-      generate, "orbit-labels",
-      "a label map: an orbit over a sinus, with a piece of its floor that breaks out", options,
-      [](const LabelOptions& wanted) { return anatomy::orbit_labels(wanted.voxel, wanted.defect); });
+  Subcommand command =
+      add_labels(generate, "orbit-labels",
+                 "a label map: an orbit over a sinus, with a piece of its floor that breaks out", options,
+                 [](const LabelOptions& wanted) {
+                   return with_flags("--defect", "--defect-at",
+                                     [&] { return anatomy::orbit_labels(wanted.voxel, wanted.defect); });
+                 });
   add_value(*command.app, "--defect", "WIDTH,LENGTH",
             "size of the piece along x and y, mm, up to 22,24; default: 13,16",
             [options](const std::string& flag, const std::string& text) {
@@ -174,7 +193,9 @@ Subcommand add_orbit_plate(CLI::App& generate) {
   add_length("--thickness", "default: 0.8", options->plate.thickness);
   add_length("--above", "of its lower side over the floor; default: 0.6", options->plate.above);
   return {app, [options] {
-            write_generated_mesh(options->out, [&] { return anatomy::make_orbit_plate(options->plate); });
+            write_generated_mesh(options->out, [&] {
+              return with_flags("--size", "--at", [&] { return anatomy::make_orbit_plate(options->plate); });
+            });
             return exit_done;
           }};
 }

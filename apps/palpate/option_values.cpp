@@ -32,7 +32,8 @@ std::int64_t parse_integer(const std::string& flag, const std::string& text, std
                            std::int64_t high) {
   const auto value = whole_number<std::int64_t>(text);
   if (!value || *value < low || *value > high) {
-    const bool open = high >= std::numeric_limits<int>::max();
+    const bool is_digits = text.find_first_not_of("0123456789") == std::string::npos;
+    const bool open = high >= std::numeric_limits<int>::max() && (value || !is_digits);
     throw BadInput(
         flag, "", quoted(text),
         open ? fmt::format("an integer >= {}", low) : fmt::format("an integer in [{}, {}]", low, high));
@@ -53,7 +54,8 @@ std::size_t parse_choice(const std::string& flag, const std::string& text,
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (names[i] == text) return i;
   }
-  throw BadInput(flag, "", quoted(text), expected_name(text, names));
+  constexpr std::size_t few = 3;  // all are named
+  throw BadInput(flag, "", quoted(text), expected_name(names.size() <= few ? "" : text, names));
 }
 
 MeshUnit parse_mesh_unit(const std::string& flag, const std::string& text) {

@@ -41,7 +41,7 @@ constexpr const char* run_examples = R"(Examples:
   palpate run scenes/stacking.json --until-rest --out results/at-rest
   palpate run scene.json --steps 50 --no-picture --json | jq .state_hash
   palpate run scene.json --set contact.friction=0.3 --set bodies.liver.material.young_modulus=5e3
-  jq '.duration = 2' scene.json | palpate run -     a scene from standard input
+  python3 make_scene.py | palpate run -             a scene from standard input
   palpate run scene.json --checkpoint-every 100     lose no more than 100 steps, whatever happens
   palpate run --resume results/scene                resume that run where it ended
   palpate run variant.json --from-stage rest --from results/plan    a variant of the stages behind 'rest'
@@ -98,8 +98,7 @@ ForcesFile open_forces(const Begin& begin, const ForceProbe& probe) {
 /// cannot be continued, nothing has been changed yet.
 struct Outputs {
   Outputs(const Begin& begin, const ForceProbe& probe, const OutcomeProbe& outcomes)
-      : lock(begin.folder),
-        metrics(open_metrics(begin, outcomes)),
+      : metrics(open_metrics(begin, outcomes)),
         forces(open_forces(begin, probe)),
         frames(begin.folder, begin.input.scene.output, begin.input.scene.units,
                begin.checkpoint ? begin.checkpoint->checkpoint.frames : FramesSoFar{}),
@@ -108,7 +107,6 @@ struct Outputs {
             begin.checkpoint && !begin.from_stage ? std::optional(begin.checkpoint->path) : std::nullopt) {
     remove_old_results(begin.folder, begin.input.scene, !begin.checkpoint);
   }
-  FolderLock lock;
   MetricsFile metrics;
   ForcesFile forces;
   FrameWriter frames;
@@ -166,8 +164,9 @@ int run(const RunOptions& options) {
   Begin begin = begin_run(options);
   const Scene& scene = begin.input.scene;
   const std::vector<std::uint8_t> obstacles = begin.input.model.obstacles;
+  std::optional<InterruptFlag> interrupt(std::in_place);
   const std::optional<RelaxReport> relaxed =
-      relax_model(scene, begin.input.model, options.threads, options.quiet);
+      relax_model(scene, begin.input.model, options.threads, options.quiet, *interrupt);
   const ForceProbe probe(scene, begin.input.model);
   const std::vector<Index> material_of_tet = begin.input.model.material_of_tet;
   Simulation simulation = make_simulation(scene, std::move(begin.input.model), options.threads);
@@ -178,15 +177,16 @@ int run(const RunOptions& options) {
   resume_stages(begin, simulation, stages);
   const std::optional<std::int64_t> first =
       begin.checkpoint ? std::optional(simulation.metrics().step) : std::nullopt;
-  if (first && !options.quiet) say_where_it_begins(begin, *first);
 
   const fs::path& folder = begin.folder;
+  const FolderLock lock(folder);
+  copy_earlier_rows(begin);
   Outputs outputs(begin, probe, outcomes);
+  if (first && !options.quiet) say_where_it_begins(begin, *first);
   say_missing_frames(outputs.frames);
   StagePictures stage_pictures(folder, scene, simulation, start, material_of_tet, options.threads);
   const bool pictured = scene.output.report && !begin.plan.no_picture;
   Progress progress(simulation.metrics().step, begin.plan.most_steps, options.quiet);
-  std::optional<InterruptFlag> interrupt(std::in_place);
   RunOutcome outcome =
       step_through(begin, simulation, *interrupt,
                    {outputs.frames, outputs.metrics, outputs.forces, probe, outputs.checkpoints, progress,
@@ -194,7 +194,7 @@ int run(const RunOptions& options) {
                       if (pictured) stage_pictures.take(stage.name, so_far);
                     }});
   const double wall_seconds = watch.lap();
-  const auto report_with = [&](const std::vector<fs::path>& pictures) {
+  const auto report_with = [&](const std::vector<fs::path>& pictures, bool page) {
     return RunReport{.scene_file = begin.plan.scene_file,
                      .scene = scene,
                      .simulation = simulation,
@@ -211,14 +211,15 @@ int run(const RunOptions& options) {
                      .frames = outputs.frames.count(),
                      .maxima = outputs.frames.maxima(),
                      .pictures = pictures,
+                     .page = page,
                      .most_steps = begin.plan.most_steps,
                      .threads = parallel::Threads(options.threads).count(),
                      .wall_seconds = wall_seconds};
   };
-  write_results(report_with({}));
-  if (!options.quiet) say_warnings(report_with({}));
+  write_results(report_with({}, false));
+  if (!options.quiet) say_warnings(report_with({}, false));
   const bool tells = !options.json && !options.quiet;
-  if (tells) print_out(report_text(report_with({})));
+  if (tells) print_out(report_text(report_with({}, false)));
   // From here on Ctrl-C ends the command at once, and only pictures and the page are missing.
   interrupt.reset();
   std::vector<fs::path> pictures;
@@ -231,12 +232,12 @@ int run(const RunOptions& options) {
       outcome.failure = error.what();
     }
   }
-  const RunReport report = report_with(pictures);
+  const RunReport report = report_with(pictures, scene.output.report);
+  if (report.page) io::write_atomically(folder / "report.html", report_page(report));
   const std::string json = write_results(report);
-  if (scene.output.report) io::write_atomically(folder / "report.html", report_page(report));
   if (options.json) print_out(json);
   if (tells) print_out(pictures_text(pictures));
-  if (tells && scene.output.report) print_out(fmt::format("page          {}/report.html\n", folder.string()));
+  if (tells && report.page) print_out(fmt::format("page          {}/report.html\n", folder.string()));
   return exit_code(report, begin.plan.strict);
 }
 

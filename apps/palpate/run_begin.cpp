@@ -123,18 +123,6 @@ void check_same_stages(const Scene& scene, const FoundCheckpoint& found, const s
   }
 }
 
-/// Copies the rows of another run up to where this one begins.
-void copy_rows(const Begin& begin, const fs::path& from) {
-  if (fs::weakly_canonical(from) == fs::weakly_canonical(begin.folder)) return;
-  fs::create_directories(begin.folder);
-  const Checkpoint& checkpoint = begin.checkpoint->checkpoint;
-  for (const auto& [name, bytes] : {std::pair("metrics.csv", checkpoint.metrics_bytes),
-                                    std::pair("forces.csv", checkpoint.forces_bytes)}) {
-    const std::string rows = io::read_file(from / name, "the rows of the earlier run");
-    io::write_atomically(begin.folder / name, rows.substr(0, bytes));
-  }
-}
-
 /// Begins a run at the end of a stage of another run.
 Begin begin_from_stage(const RunOptions& options) {
   Begin begin = begin_anew(options);
@@ -143,12 +131,10 @@ Begin begin_from_stage(const RunOptions& options) {
   begin.checkpoint = find_stage(from, *options.from_stage);
   check_same_stages(begin.input.scene, *begin.checkpoint, *options.from_stage);
   check_replaceable(begin);
-  as_input([&] {
-    copy_rows(begin, from);
-    return 0;
-  });
-  if (fs::weakly_canonical(from) != fs::weakly_canonical(begin.folder))
+  if (fs::weakly_canonical(from) != fs::weakly_canonical(begin.folder)) {
+    begin.other_folder = from;
     begin.checkpoint->checkpoint.frames = {};
+  }
   return begin;
 }
 
@@ -175,6 +161,20 @@ Begin begin_again(const RunOptions& options) {
 }
 
 }  // namespace
+
+void copy_earlier_rows(const Begin& begin) {
+  if (!begin.other_folder) return;
+  const Checkpoint& checkpoint = begin.checkpoint->checkpoint;
+  const auto rows = [&](const char* name, std::uint64_t bytes) {
+    return as_input([&] {
+      return io::read_file(*begin.other_folder / name, "the rows of the earlier run").substr(0, bytes);
+    });
+  };
+  const std::string metrics = rows("metrics.csv", checkpoint.metrics_bytes);
+  const std::string forces = rows("forces.csv", checkpoint.forces_bytes);
+  io::write_atomically(begin.folder / "metrics.csv", metrics);
+  io::write_atomically(begin.folder / "forces.csv", forces);
+}
 
 Begin begin_run(const RunOptions& options) {
   if (options.resume) return begin_again(options);

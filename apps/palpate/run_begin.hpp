@@ -40,6 +40,7 @@ struct Begin {
   std::optional<FoundCheckpoint> checkpoint;
   bool replace = false;                     ///< replace results, also those of a killed run
   std::optional<std::string> from_stage{};  ///< the checkpoint is the end of this stage of another run
+  std::optional<std::filesystem::path> other_folder{};  ///< results of that run; none: in the same folder
 };
 
 /// The run that the flags ask for: a new one, a resumed one, or one that begins at the end of a stage. Throws
@@ -49,6 +50,11 @@ Begin begin_run(const RunOptions& options);
 /// Throws BadInput if the folder has checkpoints of a run that was killed, interrupted or failed, and the
 /// run was not asked to replace them: the user may not know that they would be lost.
 void check_replaceable(const Begin& begin);
+
+/// Copies the rows of the run in the other folder, if there is one, up to where this run begins. Call it when
+/// the folder is locked and nothing else can be refused. Throws BadInput without a change if they are not
+/// there.
+void copy_earlier_rows(const Begin& begin);
 
 /// Whether the files of the resumed run have the same columns as this run.
 bool has_same_columns(const Begin& begin);

@@ -139,7 +139,7 @@ Json results_json(const RunReport& report) {
           {"forces", "forces.csv"},
           {"outcomes",
            report.scene.outcomes.empty() && report.scene.stages.empty() ? Json() : Json("outcomes.json")},
-          {"report", report.scene.output.report ? Json("report.html") : Json()},
+          {"report", report.page ? Json("report.html") : Json()},
           {"picture", report.pictures.empty() ? Json() : Json(report.pictures.front().filename().string())},
           {"views", views}};
 }

@@ -35,6 +35,7 @@ struct RunReport {
   std::size_t frames = 0;
   std::vector<FieldMaximum> maxima;             ///< of the fields of frames
   std::vector<std::filesystem::path> pictures;  ///< picture.png and the views; empty where none was drawn
+  bool page = false;                            ///< report.html is written, too
   std::int64_t most_steps = 0;
   int threads = 0;
   double wall_seconds = 0.0;

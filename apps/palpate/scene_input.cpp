@@ -38,7 +38,8 @@ bool is_surface(const std::filesystem::path& path) {
   return has_extension(path, {".stl", ".obj", ".ply", ".off", ".vtp"});
 }
 bool is_label_map(const std::filesystem::path& path) {
-  return has_extension(path, {".nrrd", ".nhdr", ".nii", ".gz", ".mha", ".mhd"});
+  return has_extension(path, {".nrrd", ".nhdr", ".nii", ".mha", ".mhd"}) ||
+         (has_extension(path, {".gz"}) && has_extension(path.stem(), {".nii"}));
 }
 
 /// Whether the text begins with an object or a comment, like a scene.

@@ -17,10 +17,14 @@
 namespace palpate::app {
 namespace {
 
-/// The name of a subcommand in messages: "run", "generate box".
+/// The name of a subcommand in messages: "run", "generate box"; "mesh" is a program of its own.
 std::string title(const CLI::App& app) {
+  constexpr std::string_view own_program = "palpate ";
   const CLI::App* parent = app.get_parent();
-  if (parent == nullptr) return "command line";
+  if (parent == nullptr) {
+    return app.get_name().starts_with(own_program) ? app.get_name().substr(own_program.size())
+                                                   : "command line";
+  }
   return parent->get_parent() == nullptr ? app.get_name() : title(*parent) + " " + app.get_name();
 }
 
@@ -58,6 +62,14 @@ std::vector<std::string> flag_names(const CLI::App& app) {
   return names;
 }
 
+/// The message on a flag with too few values: the text of CLI11 begins with the flag.
+BadInput too_few_values(const CLI::App& app, const std::string& text) {
+  const std::string flag = text.substr(0, text.find(':'));
+  const CLI::Option* option = app.get_option_no_throw(flag);
+  if (option == nullptr) return BadInput(title(app) + ": " + text + " (see --help)");
+  return {flag, "", option->get_type_size() == 1 ? "no value" : "too few values", option->get_type_name()};
+}
+
 /// The message on wrong arguments, in one line. An unknown flag comes first, since it often causes the
 /// others.
 BadInput usage_error(CLI::App& command, const CLI::ParseError& error) {
@@ -66,11 +78,15 @@ BadInput usage_error(CLI::App& command, const CLI::ParseError& error) {
     for (const std::string& word : level->remaining()) {
       if (!word.starts_with('-')) continue;
       const std::string flag = word.substr(0, word.find('='));
-      return {title(app), "", "unknown flag '" + flag + "'", nearest_of(flag, flag_names(app))};
+      const std::vector<std::string> known = flag_names(app);
+      if (level != &app && std::ranges::count(known, flag) > 0)
+        return {title(app), "", "'" + flag + "' before the subcommand", "'" + flag + "' behind it"};
+      return {title(app), "", "unknown flag '" + flag + "'", nearest_of(flag, known)};
     }
   }
   for (const std::string& word : app.remaining())
     return {title(app), "", "'" + word + "'", "no further argument"};
+  if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr) return too_few_values(app, error.what());
   return BadInput(title(app) + ": " + error.what() + " (see --help)");
 }
 

@@ -92,7 +92,7 @@ void refuse_other_folders(const fs::path& folder) {
   throw BadInput(folder.string(), "", "a folder without run.json", "the folder of a run" + example);
 }
 
-std::unique_ptr<view::Source> open_source(const ViewOptions& options) {
+std::unique_ptr<view::Source> open_source(const ViewOptions& options, const InterruptFlag& interrupt) {
   if (fs::is_directory(options.what.file)) {
     if (!options.what.changes.empty()) throw BadInput("--set", "", "the folder of a run", "a scene");
     refuse_new_scene_flags(options.mesh, "the folder of a run");
@@ -100,7 +100,7 @@ std::unique_ptr<view::Source> open_source(const ViewOptions& options) {
     return as_input([&] { return std::make_unique<view::ReplaySource>(options.what.file, options.threads); });
   }
   SceneInput input = scene_to_view(options);
-  relax_model(input.scene, input.model, options.threads, options.json);
+  relax_model(input.scene, input.model, options.threads, options.json, interrupt);
   return as_input([&] {
     return std::make_unique<view::LiveSource>(input.scene, std::move(input.model), options.threads);
   });
@@ -125,8 +125,8 @@ int serve(ViewOptions options) {
                 "a build with it: install nodejs and npm, then build again");
   }
   options.server.token = token();
-  std::unique_ptr<view::Source> source = open_source(options);
   const InterruptFlag interrupt;
+  std::unique_ptr<view::Source> source = open_source(options, interrupt);
   view::Server server(options.server, std::move(source), options.player);
   if (!is_loopback(options.server.host)) {
     print_note(

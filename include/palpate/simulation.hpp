@@ -25,7 +25,8 @@ struct StepMetrics {
   /// Solves of the step's system; more than one where bodies meet within the step, or rotate
   /// fast, or where it was divided.
   int solves = 0;
-  int detections = 0;                     ///< more than one where bodies met, or where it was divided
+  /// More than one where bodies met, where bodies that rotate touch others, or where it was divided.
+  int detections = 0;
   int substeps = 1;                       ///< more than one where the whole step did not converge
   std::int64_t speculative_contacts = 0;  ///< contacts of the step that were found within it
   /// Stopped points and edges that would have passed through another body and ended on the wrong side
@@ -42,9 +43,9 @@ struct StepMetrics {
   int solver_iterations = 0;     ///< of all solves
   bool solver_converged = true;  ///< whether each solve converged, of all substeps
   int order = 1;                 ///< of the time integration: 2 where the step was BDF2
-  double kinetic_energy = 0.0;   ///< J
+  double kinetic_energy = 0.0;   ///< J, of points that are free to move
   double elastic_energy = 0.0;   ///< J
-  double largest_speed = 0.0;    ///< m/s, over all points
+  double largest_speed = 0.0;    ///< m/s, over all points, prescribed ones included
   double fastest_body = 0.0;     ///< m/s, largest root mean square speed (by mass) of a body
   /// m, largest penetration depth: of points, and of edges where two bodies touch only by edges. (Elsewhere
   /// edges of uneven faces are deeper than the points.)

@@ -187,7 +187,7 @@ class Simulation(_core.Simulation):
         """Makes steps; returns their number.
 
         steps: None makes the remaining steps of the scene's duration, or of its stages (docs/stages.md).
-        until_rest: ends once nothing moves (`rest` in the scene).
+        until_rest: ends once nothing moves (`rest` in the scene). Warns if the duration ends before that.
         callback: is called with the simulation after each step, and ends the run if it returns True (bool, or NumPy's).
         progress: shows a bar of tqdm.
 
@@ -210,6 +210,13 @@ class Simulation(_core.Simulation):
                 shown.update()
                 if callback is not None and _is_true(callback(self)):
                     break
+        if until_rest and steps is None and not self._stage_steps and done == wanted and not self.at_rest:
+            warnings.warn(
+                f"not at rest after {done} steps, the rest of the duration of {self._duration:g} s: "
+                "run(steps, until_rest=True) sets another limit",
+                RuntimeWarning,
+                stacklevel=2,
+            )
         if bad := self.steps_not_converged - before:
             warnings.warn(f"NOT CONVERGED in {bad} of {done} steps: do not trust positions", NotConverged, stacklevel=2)
         return done

@@ -42,7 +42,7 @@ void decode(const Context& context, const std::string& path, const nlohmann::jso
 void decode(const Context& context, const std::string& path, const nlohmann::json& json, int& value,
             const Limits& limits) {
   Limits allowed = limits;
-  if (json.is_number_integer()) {  // for a number that is too large, the error names the bound
+  if (json.is_number()) {  // for a number that is too large, the error names the bound
     constexpr double lowest = std::numeric_limits<int>::min();
     constexpr double highest = std::numeric_limits<int>::max();
     const double found = json.get<double>();

@@ -130,7 +130,6 @@ void Simulation::State::measure() {
   double fastest = 0.0;
   std::fill(squared_speeds.begin(), squared_speeds.end(), 0.0);
   for (std::size_t p = 0; p < dynamics.velocities().size(); ++p) {
-    if (dynamics.free_points()[p] == 0) continue;
     const double v2 = squared_length(dynamics.velocities()[p]);
     fastest = std::max(fastest, v2);
     at(squared_speeds, bodies.body_of_point()[p]) += dynamics.point_masses()[p] * v2;

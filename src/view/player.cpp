@@ -49,6 +49,7 @@ Player::Player(std::unique_ptr<Source> source, const PlayerSettings& settings, s
       alone_(settings.alone),
       playing_(settings.playing),
       speed_(settings.speed),
+      status_(totals_text()),
       thread_([this] { run(); }) {}
 
 void Player::stop() {
@@ -250,12 +251,18 @@ void Player::advance() {
     playing_ = false;
     state_stale_ = true;
   }
-  const Json status{{"steps", since_start_.steps},
-                    {"simulated", simulated_},
-                    {"time", source_->time()},
-                    {"step_seconds", since_start_.seconds.back()}};
+  const std::string status = totals_text();
   const std::scoped_lock lock(mutex_);
-  status_ = status.dump();
+  status_ = status;
+}
+
+/// What status() returns.
+std::string Player::totals_text() const {
+  return Json{{"steps", since_start_.steps},
+              {"simulated", simulated_},
+              {"time", source_->time()},
+              {"step_seconds", since_start_.seconds.back()}}
+      .dump();
 }
 
 void Player::publish_frame() {

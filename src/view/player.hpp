@@ -88,6 +88,7 @@ class Player {
   void fail(const std::string& why);
   void publish_frame();
   void publish_state();
+  [[nodiscard]] std::string totals_text() const;
   void refuse(Client client, const std::string& why);
   [[nodiscard]] bool runs() const;
   [[nodiscard]] bool frame_is_due(Clock::time_point now) const;
@@ -121,7 +122,7 @@ class Player {
   bool frame_wanted_ = false;
   bool display_changed_ = false;
   bool stopping_ = false;
-  std::string status_ = "{}";
+  std::string status_;
 
   std::thread thread_;
 };

@@ -54,7 +54,9 @@ void ReplaySource::read_run(const std::filesystem::path& folder) {
       ends.push_back(stage.at("time"));
     stages_ = StoredStages(scene_, std::move(ends));
   } catch (const nlohmann::json::exception& error) {
-    throw Error(source, "", error.what(), "what 'palpate run' writes");
+    const std::string why = error.what();  // "[json.exception…] key 'scene' not found"
+    throw Error(source, "", "other content (" + why.substr(why.find(']') + 2) + ")",
+                "what 'palpate run' writes");
   }
   if (listed_.size() != scene_.bodies.size()) {
     throw Error(source, "bodies", std::to_string(listed_.size()),

@@ -121,6 +121,10 @@ TEST_F(Detect, SaysWhatIsWrong) {
   expect_error(2, {"detect", "missing.json"}, {"missing.json"});
   expect_error(1, {"detect", "scene.json", "--out", "no/such/file.csv"}, {"no/such/file.csv"});
   expect_error(2, {"detect", "tet.mesh"}, {"tet.mesh", "a mesh file", "a scene file"});
+  const std::string scene = read("scene.json");
+  expect_error(2, {"detect", "scene.json", "--out", "./scene.json"},
+               {"--out: found ./scene.json, which is read, expected another file"});
+  EXPECT_EQ(read("scene.json"), scene);
 }
 
 }  // namespace

@@ -115,6 +115,11 @@ TEST_F(Generate, RefusesWhatItCannotWrite) {
   expect_error(1, {"generate", "ball", "--out", "no/such/ball.vtu"}, {"no/such/ball.vtu", "folder"});
   expect_error(2, {"generate", "ball", "--resolution", "257"}, {"resolution", "257", "256"});
   expect_error(2, {"generate", "stacking", "--count", "1000000000"}, {"--count", "100000"});
+  expect_error(2, {"generate", "orbit-labels", "--defect", "99,1"}, {"--defect: width: found 99"});
+  expect_error(2, {"generate", "orbit-plate", "--at", "99,1"}, {"--at: x: found 99"});
+  expect_error(2, {"generate", "orbit-plate", "--thickness", "99"}, {"--thickness: found 99"});
+  expect_error(1, {"generate", "skull", "--out", "/proc/no-folder"},
+               {"/proc/no-folder", "a folder to write to"});
   expect_error(2, {"generate", "box", "--size", "1e308", "1", "1"}, {"size", "1e+308", "1e100"});
   EXPECT_TRUE(names_in(folder_.path()).empty());
 }

@@ -198,6 +198,8 @@ TEST_F(Info, RefusesWhatIsNoFileOfEitherKind) {
   expect_error(2, {"info", "mesh.vtx"}, {"mesh.vtx", ".vtx", "'.vtu'"});
   expect_error(2, {"info", "organ.stl"}, {"organ.stl", "a surface", "palpate mesh organ.stl"});
   expect_error(2, {"info", "map.nrrd"}, {"map.nrrd", "a label map", "palpate mesh map.nrrd"});
+  expect_error(2, {"info", "map.nii.gz"}, {"map.nii.gz", "a label map", "palpate mesh map.nii.gz"});
+  expect_error(2, {"info", "mesh.vtu.gz"}, {"mesh.vtu.gz", "the extension .gz", "'.vtu'"});
   std::filesystem::create_directory(folder_ / "folder.vtu");
   std::filesystem::create_directory(folder_ / "folder.json");
   expect_error(2, {"info", "folder.vtu"}, {"folder.vtu"});

@@ -78,6 +78,35 @@ TEST_F(Interrupt, KeepsWholeResultsAndExitsWithOne) {
   }
 }
 
+TEST_F(Interrupt, IsNotLostWhileAModelIsRelaxed) {
+  // Nothing overlaps, so that relaxing is one detection; the signal comes anywhere in it or around it.
+  write("relaxed.json", falling_box(R"(, "relax": {})"));
+  for (const int delay : {0, 1, 2, 4, 8, 16, 32, 64}) {
+    Process run({"run", "relaxed.json", "--steps", "100000000", "--threads", "1", "--out", "out", "--quiet"},
+                folder_.path());
+    wait_until([&] { return run.handles(SIGINT); });
+    std::this_thread::sleep_for(std::chrono::milliseconds(delay));
+    run.send(SIGINT);
+    const Finished done = run.wait();
+    EXPECT_EQ(done.exit_code, 1) << delay << " ms: " << done.err;
+    EXPECT_NE(done.err.find("palpate: error: interrupted "), std::string::npos)
+        << delay << " ms: " << done.err;
+    std::filesystem::remove_all(folder_ / "out");
+  }
+}
+
+TEST_F(Interrupt, WhilePicturesAreDrawnNoPageIsNamed) {
+  Process run({"run", "scene.json", "--steps", "1", "--threads", "1", "--out", "out", "--report", "--set",
+               "output.picture.size=[4000, 4000]"},
+              folder_.path());
+  wait_until([&] { return exists("out/run.json"); });
+  run.send(SIGKILL);
+  run.wait();
+  const Json results = Json::parse(read("out/run.json"))["results"];
+  EXPECT_EQ(results["report"].is_null(), !exists("out/report.html"));
+  EXPECT_EQ(results["picture"].is_null(), !exists("out/picture.png"));
+}
+
 TEST_F(Interrupt, TheStateIsThatOfARunOfAsManySteps) {
   Process run(endless_, folder_.path());
   wait_for_rows(2);

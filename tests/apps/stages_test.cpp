@@ -1,5 +1,9 @@
 // `palpate run` of scenes with stages and outcomes. Oracles: the run that was not interrupted, and numbers
 // known.
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
 #include "apps/workplace.hpp"
 
 namespace palpate::test {
@@ -116,6 +120,29 @@ TEST_F(StagedRun, RefusesWhatItCannotBeginFrom) {
   expect_error(2, {"run", "scene.json", "--until-rest"}, {"--until-rest: found a scene with stages"});
   write("a/stages/move.palpate", "no state");
   expect_error(2, {"run", "scene.json", "--from-stage", "move", "--out", "a"}, {"a/stages/move.palpate"});
+}
+
+TEST_F(StagedRun, LeavesOtherResultsAloneWhereItIsRefused) {
+  write("box.json", falling_box());
+  done({"run", "box.json", "--steps", "3", "--no-picture", "--out", "done"});
+  const std::string metrics = read("done/metrics.csv");
+  const std::string forces = read("done/forces.csv");
+  const auto refused = [&](int exit_code, const std::vector<std::string>& more, const std::string& why) {
+    std::vector<std::string> words{"run",    "scene.json", "--from-stage", "move",
+                                   "--from", "a",          "--out",        "done"};
+    words.insert(words.end(), more.begin(), more.end());
+    expect_error(exit_code, words, {why});
+    EXPECT_EQ(read("done/metrics.csv"), metrics);
+    EXPECT_EQ(read("done/forces.csv"), forces);
+  };
+  refused(2, {"--set", "contact.friction=0.5"}, "settings: found values of another simulation");
+  std::filesystem::rename(folder_ / "a/forces.csv", folder_ / "a/away.csv");
+  refused(2, {}, "a/forces.csv");
+  std::filesystem::rename(folder_ / "a/away.csv", folder_ / "a/forces.csv");
+  const int lock = ::open((folder_ / "done/.lock").c_str(), O_CREAT | O_RDWR, 0600);  // as another run has it
+  ASSERT_EQ(::flock(lock, LOCK_EX), 0);
+  refused(1, {}, "another run that is writing into this folder");
+  ::close(lock);
 }
 
 TEST_F(StagedRun, WritesAPageOfItsOwn) {

@@ -5,6 +5,7 @@ import io
 import json
 import subprocess
 import sys
+import warnings
 
 import numpy as np
 import pytest
@@ -86,6 +87,16 @@ def test_free_fall():
     np.testing.assert_allclose(simulation.velocities[:, 2], -9.81 * 0.2, rtol=1e-6)
     assert simulation.metrics.step == 20 and simulation.metrics.time == pytest.approx(0.2)
     assert simulation.masses[0] == pytest.approx(1000.0 * 0.001)
+
+
+def test_a_run_until_rest_that_ends_before_it_warns():
+    simulation = palpate.Simulation(block(), time_step=0.01, duration=0.1)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        simulation.run(until_rest=True, callback=lambda s: True)
+        simulation.run(1, until_rest=True)  # the caller's own limit
+    with pytest.warns(RuntimeWarning, match="not at rest after 8 steps, the rest of the duration of 0.1 s"):
+        assert simulation.run(until_rest=True) == 8
 
 
 def test_a_grab_holds_a_block_by_its_weight():

@@ -7,6 +7,7 @@
 #include <string>
 
 #include <palpate/error.hpp>
+#include <palpate/simulation.hpp>
 
 #include "geometry/vector.hpp"
 
@@ -66,6 +67,21 @@ TEST(PrescribedMotions, KeepDistancesDuringTheMotion) {
     EXPECT_NEAR(length(place(quarter_turn(), a, time) - place(quarter_turn(), b, time)), length(a - b),
                 1e-14);
   }
+}
+
+TEST(PrescribedMotions, CountInTheSpeedsOfAStep) {
+  Model model;
+  model.bodies.add("tet", TetMesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 1, 2, 3}}});
+  model.materials.resize(1);
+  model.motions = {{.keyframes = {{.time = 0.0}, {.time = 1.0, .translate = {2.0, 0.0, 0.0}}}}};
+  model.motion_of_point.assign(4, 0);
+  SimulationSettings settings;
+  settings.time_step = 0.01;
+  Simulation simulation(std::move(model), settings, 1);
+  simulation.step();
+  EXPECT_NEAR(simulation.metrics().largest_speed, 2.0, 1e-9);
+  EXPECT_NEAR(simulation.metrics().fastest_body, 2.0, 1e-9);
+  EXPECT_EQ(simulation.metrics().kinetic_energy, 0.0) << "of points that are free to move";
 }
 
 TEST(PrescribedMotions, RefuseBadMotions) {

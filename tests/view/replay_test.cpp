@@ -137,6 +137,8 @@ TEST_F(Replay, RefusesFoldersThatAreNotWhole) {
   expect_refused("run.json");
   replace("out/run.json", "\"points\": -1", "\"dots\": 32");
   expect_refused("run.json");
+  write("out/run.json", "{}");
+  expect_refused("run.json: found other content (key 'scene' not found), expected what 'palpate run' writes");
   std::filesystem::remove(folder_ / "out/run.json");
   expect_refused("run.json");
 }

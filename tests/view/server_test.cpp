@@ -101,7 +101,9 @@ TEST_F(ServerTest, RefusesWhatIsNoRequest) {
 }
 
 TEST_F(ServerTest, RunsWhileAPageLooksAndSendsStageThenFrames) {
-  EXPECT_EQ(steps(), 0) << "nobody looks";
+  const auto status = nlohmann::json::parse(test::get(port(), path("status")).body);
+  EXPECT_EQ(status, nlohmann::json({{"steps", 0}, {"simulated", 0.0}, {"time", 0.0}, {"step_seconds", 0.0}}))
+      << "nobody looks";
   test::Socket page(port(), path("socket"));
   EXPECT_EQ(header_of(page.receive().value())["kind"], "stage");
   std::int64_t last = 0;
