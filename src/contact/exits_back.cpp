@@ -13,13 +13,12 @@ void ExitsBack::list_deep(const ContactTable& contacts, std::vector<PointInBody>
   const EdgeContacts& edges = contacts.edges();
   deep.clear();
   make_room(deep, points.size() + 2 * edges.size());
-  const auto is_deep = [&](double depth, Index body) {
-    return depth > deepest_point * at(thickness_.of_body, body);
-  };
-  for (std::size_t c = 0; c < points.size(); ++c)
-    if (is_deep(points.depth[c], points.body[c])) deep.push_back({points.point[c], points.body[c]});
+  for (std::size_t c = 0; c < points.size(); ++c) {
+    if (points.depth[c] > deepest_point * thickness_.of_contact(bodies_, points, c))
+      deep.push_back({points.point[c], points.body[c]});
+  }
   for (std::size_t c = 0; c < edges.size(); ++c) {
-    if (!is_deep(edges.depth[c], edges.body[c])) continue;
+    if (!(edges.depth[c] > deepest_point * thickness_.of_contact(edges, c))) continue;
     for (const Index point : at(bodies_.edges(), edges.edge[c])) deep.push_back({point, edges.body[c]});
   }
   std::ranges::sort(deep);

@@ -45,15 +45,22 @@ double thickness_behind(const Bodies& bodies, Index triangle, double most) {
 LocalThickness::LocalThickness(const Bodies& bodies, const Clusters& surface)
     : of_triangle(bodies.triangles().size()),
       of_cluster(surface.clusters.size(), std::numeric_limits<double>::infinity()),
+      of_point(bodies.points_rest().size()),
       mean_edge(bodies.bodies().size()),
       of_body(bodies.bodies().size(), std::numeric_limits<double>::infinity()) {
-  for (Index b = 0; b < bodies.body_count(); ++b) at(mean_edge, b) = rim_reach(bodies, b) / reach_of_an_edge;
+  for (Index b = 0; b < bodies.body_count(); ++b) {
+    at(mean_edge, b) = rim_reach(bodies, b) / reach_of_an_edge;
+    const Range points = at(bodies.bodies(), b).points;
+    std::fill(of_point.begin() + points.begin, of_point.begin() + points.end, at(mean_edge, b));
+  }
   for (std::size_t c = 0; c < surface.clusters.size(); ++c) {
     const Cluster& cluster = surface.clusters[c];
     for (const Index triangle : surface.primitives_of(cluster)) {
       const double here = thickness_behind(bodies, triangle, at(mean_edge, cluster.body));
       at(of_triangle, triangle) = here;
       of_cluster[c] = std::min(of_cluster[c], here);
+      for (const Index corner : at(bodies.triangles(), triangle))
+        at(of_point, corner) = std::min(at(of_point, corner), here);
     }
     at(of_body, cluster.body) = std::min(at(of_body, cluster.body), of_cluster[c]);
   }

@@ -1,9 +1,12 @@
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
+#include <palpate/detection.hpp>
 #include <palpate/mesh.hpp>
 
+#include "geometry/vector.hpp"
 #include "mesh/clusters.hpp"
 
 namespace palpate {
@@ -22,8 +25,22 @@ struct LocalThickness {
 
   std::vector<double> of_triangle;  ///< (n_triangles) m
   std::vector<double> of_cluster;   ///< (n_clusters) minimum of its triangles, m
+  std::vector<double> of_point;     ///< (n_points) minimum of the triangles at it, at most mean_edge, m
   std::vector<double> mean_edge;    ///< (n_bodies) mean edge length, m
   std::vector<double> of_body;      ///< (n_bodies) minimum of its triangles, m; infinite without a surface
+
+  /// Minimum of the corners of a tet, m. O(1).
+  [[nodiscard]] double of_tet(const Tet& tet) const {
+    return std::min({at(of_point, tet[0]), at(of_point, tet[1]), at(of_point, tet[2]), at(of_point, tet[3])});
+  }
+  /// Where a contact of a point or of an edge is, m. O(1).
+  [[nodiscard]] double of_contact(const Bodies& bodies, const Contacts& contacts, std::size_t c) const {
+    return of_tet(at(bodies.tets(), contacts.tet[c]));
+  }
+  [[nodiscard]] double of_contact(const EdgeContacts& contacts, std::size_t c) const {
+    const auto& [entry, exit] = contacts.triangles[c];
+    return std::min(at(of_triangle, entry), at(of_triangle, exit));
+  }
 };
 
 }  // namespace palpate

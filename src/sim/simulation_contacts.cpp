@@ -61,14 +61,14 @@ void Simulation::State::find_places() {
 /// Whether all contacts of rotated bodies are shallow at these positions. If not, they would lead out on
 /// another side, or act before the bodies meet.
 bool Simulation::State::places_are_shallow() const {
-  constexpr double most = 0.25;  // of the thickness
+  constexpr double most = 0.25;  // of the thickness there
   const Contacts& contacts = detector.contacts();
+  const LocalThickness& thickness = swept.thickness();
   for (std::size_t c = 0; c < contacts.size(); ++c) {
-    const Index own = at(bodies.body_of_point(), contacts.point[c]);
-    const Index body = contacts.body[c];
-    if (!turns(own) && !turns(body)) continue;
-    const double thickness = std::min(swept.least_thickness(own), swept.least_thickness(body));
-    if (contacts.depth[c] > most * thickness) return false;
+    const Index point = contacts.point[c];
+    if (!turns(at(bodies.body_of_point(), point)) && !turns(contacts.body[c])) continue;
+    const double least = std::min(at(thickness.of_point, point), thickness.of_contact(bodies, contacts, c));
+    if (contacts.depth[c] > most * least) return false;
   }
   return true;
 }

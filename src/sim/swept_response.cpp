@@ -11,7 +11,7 @@ namespace {
 
 /// Tolerance of a touch, relative to the mean edge length of all bodies.
 constexpr double tolerance_of_edge = 1e-6;
-/// Depth, relative to the least local thickness of the body, up to which contacts of the start of the step
+/// Depth, relative to the local thickness of the body, up to which contacts of the start of the step
 /// are separated for the search: their nearest exit is on the side from which they came.
 constexpr double most_separated = 0.25;
 /// Length of the displacement that separates them, relative to the depth: the direction may be oblique to the
@@ -149,17 +149,17 @@ void SweptResponse::list_shifts(const ContactTable& contacts) {
   const Contacts& points = contacts.contacts();
   const EdgeContacts& edges = contacts.edges();
   make_room(shifts_, points.size() + 2 * edges.size());
-  const auto shift_of = [&](double depth, const Vec3& direction, Index body) {
-    const double thick = at(query_.thickness().of_body, body);
+  const LocalThickness& thickness = query_.thickness();
+  const auto shift_of = [&](double depth, const Vec3& direction, double thick) {
     if (depth > most_separated * thick) return Vec3{};
     return (depths_apart * depth + margin_of_thickness * thick) * direction;
   };
   for (std::size_t c = 0; c < points.size(); ++c) {
-    const Vec3 by = shift_of(points.depth[c], points.direction[c], points.body[c]);
+    const Vec3 by = shift_of(points.depth[c], points.direction[c], thickness.of_contact(bodies_, points, c));
     if (by != Vec3{}) shifts_.push_back({points.point[c], by});
   }
   for (std::size_t c = 0; c < edges.size(); ++c) {
-    const Vec3 by = shift_of(edges.depth[c], edges.direction[c], edges.body[c]);
+    const Vec3 by = shift_of(edges.depth[c], edges.direction[c], thickness.of_contact(edges, c));
     if (by == Vec3{}) continue;
     for (const Index point : at(bodies_.edges(), edges.edge[c])) shifts_.push_back({point, by});
   }

@@ -48,8 +48,8 @@ class SweptResponse {
   /// \param positions  at the start of the step (n_points x 3)
   /// \param contacts   at these positions
   void begin_step(std::span<const Vec3> positions, const ContactTable& contacts);
-  /// Least local thickness of a body, m. O(1).
-  [[nodiscard]] double least_thickness(Index body) const { return at(query_.thickness().of_body, body); }
+  /// How thick the bodies are.
+  [[nodiscard]] const LocalThickness& thickness() const { return query_.thickness(); }
   /// Call after ContactResponse::compute() of the step: lists pairs of bodies whose contacts act softly.
   /// O(contacts).
   void list_soft_pairs(const ContactTable& contacts);
@@ -95,7 +95,7 @@ class SweptResponse {
     const Vec3& direction;
     double depth;  ///< m
     bool of_edge;
-    bool in_thin;  ///< the body is thin there for its mesh
+    double thickness;  ///< of the body there, m
   };
   /// A pair to keep apart, with direction and distances.
   struct Passing {
@@ -114,7 +114,7 @@ class SweptResponse {
   void add_sinking(const PredictedStep& step, const ContactResponse& response,
                    std::span<const fem::Coupling> contacts);
   void add_sinking(const Start& start, const PredictedStep& step, const ContactResponse& response);
-  [[nodiscard]] bool is_thin(double thickness, Index body) const;
+  [[nodiscard]] bool in_thin(const Start& start, Index body) const;
   [[nodiscard]] static bool point_turns(const Start& start, Index row, const PredictedStep& step);
   [[nodiscard]] static bool edge_turns(const Start& start, Index body, const PredictedStep& step);
   [[nodiscard]] bool leaves(const Start& start, Index body, bool deeper, const PredictedStep& step) const;
@@ -140,8 +140,8 @@ class SweptResponse {
     Key key;
     fem::Coupling coupling;
     Vec3 direction;
-    double depth = 0.0;  ///< m
-    bool in_thin = false;
+    double depth = 0.0;      ///< m
+    double thickness = 0.0;  ///< of the body there, m
   };
   std::vector<StartEnd> start_ends_;
   std::vector<PairOfBodies> soft_pairs_;  ///< whose contacts began deep and act softly, sorted

@@ -64,8 +64,7 @@ void SweptResponse::list_ends(std::span<const Vec3> positions, const EdgeContact
       start.coupling.coefficients = {1.0 - s, s, -w[0], -w[1], -w[2]};
       start.direction = contacts.direction[c];
       start.depth = contacts.depth[c];
-      start.in_thin =
-          is_thin(at(query_.thickness().of_triangle, contacts.triangles[c][end]), contacts.body[c]);
+      start.thickness = at(query_.thickness().of_triangle, contacts.triangles[c][end]);
     }
   }
 }
@@ -101,15 +100,17 @@ void SweptResponse::add_sinking(const PredictedStep& step, const ContactResponse
                  law.direction,
                  law.depth,
                  false,
-                 is_thin(at(query_.thickness().of_body, body), body)},
+                 query_.thickness().of_tet({contacts[c].points[1], contacts[c].points[2],
+                                            contacts[c].points[3], contacts[c].points[4]})},
                 step, response);
   }
   for (const StartEnd& end : start_ends_)
-    add_sinking({end.key, end.coupling, end.direction, end.depth, true, end.in_thin}, step, response);
+    add_sinking({end.key, end.coupling, end.direction, end.depth, true, end.thickness}, step, response);
 }
 
-bool SweptResponse::is_thin(double thickness, Index body) const {
-  return thickness < thin_of_edge * at(query_.thickness().mean_edge, body);
+/// Whether the body is thin there for its mesh.
+bool SweptResponse::in_thin(const Start& start, Index body) const {
+  return start.thickness < thin_of_edge * at(query_.thickness().mean_edge, body);
 }
 
 /// \param row  of the contact at the end of the step
@@ -143,19 +144,18 @@ bool SweptResponse::edge_turns(const Start& start, Index body, const PredictedSt
 /// \param deeper  it is deeper at the end of the step
 bool SweptResponse::leaves(const Start& start, Index body, bool deeper, const PredictedStep& step) const {
   if (is_soft(start.coupling.points[0], body)) return false;
-  if (start.of_edge) return start.in_thin && edge_turns(start, body, step);
+  if (start.of_edge) return in_thin(start, body) && edge_turns(start, body, step);
   const Index row = step.contacts.find(start.key.first, body);
-  return row >= 0 ? point_turns(start, row, step) : start.in_thin && step.complete && deeper;
+  return row >= 0 ? point_turns(start, row, step) : in_thin(start, body) && step.complete && deeper;
 }
 
 void SweptResponse::add_sinking(const Start& start, const PredictedStep& step,
                                 const ContactResponse& response) {
   const Index body = at(bodies_.body_of_point(), start.coupling.points.back());
-  const double thickness = at(query_.thickness().of_body, body);
-  const double margin = margin_of_thickness * thickness;
+  const double margin = margin_of_thickness * start.thickness;
   const double before = dot(start.direction, fem::relative(start.coupling, step.start));
   const double deeper = before - dot(start.direction, fem::relative(start.coupling, step.end));
-  const bool sinks = deeper > settings().least_motion * thickness;
+  const bool sinks = deeper > settings().least_motion * start.thickness;
   // A shallow exit may change its direction by rounding alone.
   const bool through = start.depth > margin && leaves(start, body, deeper > margin, step);
   if (!sinks && !through) return;

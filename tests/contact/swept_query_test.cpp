@@ -264,6 +264,24 @@ TEST(LocalThickness, IsNotThatOfAFlatTetInAThickBody) {
   }
 }
 
+TEST(LocalThickness, OfAPointIsThatOfItsTriangles) {
+  // A box with a fin of 1 mm on one of its sides.
+  TetMesh mesh = test::box_mesh({2, 2, 2}, {0, 0, 0}, {0.2, 0.2, 0.2});
+  const TetMesh fin = test::box_mesh({2, 2, 1}, {0.3, 0, 0}, {0.4, 0.1, 0.001});
+  const auto first = static_cast<Index>(mesh.points.size());
+  mesh.points.insert(mesh.points.end(), fin.points.begin(), fin.points.end());
+  for (Tet tet : fin.tets) {
+    for (Index& corner : tet) corner += first;
+    mesh.tets.push_back(tet);
+  }
+  Bodies bodies;
+  bodies.add("box", std::move(mesh));
+  const LocalThickness thickness(bodies, SurfaceClusters(bodies).clusters);
+  for (Index p = 0; p < first; ++p) EXPECT_GT(at(thickness.of_point, p), 0.05) << p;
+  for (Index p = first; p < std::ssize(bodies.points_rest()); ++p)
+    EXPECT_NEAR(at(thickness.of_point, p), 0.001, 1e-9) << p;
+}
+
 TEST(LocalThickness, OfASingleTetIsItsHeight) {
   Bodies bodies;
   bodies.add("tet", TetMesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 0.25}}, {{0, 1, 2, 3}}});
