@@ -16,6 +16,12 @@ namespace {
 /// Smallest squared length of an edge that is used, relative to its length at rest.
 constexpr double smallest = 1e-12;
 
+/// How far a crossing is from the nearer end of its edge, relative to the length of the edge. So that planes
+/// are continuous when either end enters or leaves, its normal is that for this distance.
+double nearer_end(double parameter) {
+  return std::max(0.0, std::min(parameter, 1.0 - parameter));
+}
+
 double longest_squared_edge(const Bodies& bodies) {
   double longest = 0.0;
   for (const auto& [p, q] : bodies.edges())
@@ -117,7 +123,7 @@ void DepthEstimate::find_planes(const Frame& frame, Index begin, Index end, Scra
     if (!is_alone) continue;
     simd::WeightedPlane& plane = scratch.planes[d.item];
     if (d.valid) {
-      turn(frame, crossing, normals_.at_weights(frame.positions, crossing.triangle, d.weights), plane);
+      turn(frame, crossing, d.weights, plane);
     } else {
       plane = unusual_plane(frame, edge, scratch);
       scratch.special = scratch.special || plane.special != 0.0;
@@ -125,16 +131,20 @@ void DepthEstimate::find_planes(const Frame& frame, Index begin, Index end, Scra
   }
 }
 
-/// Gives the plane of a crossing another normal.
-void DepthEstimate::turn(const Frame& frame, const Crossing& crossing, const Vec3& normal,
-                         simd::WeightedPlane& plane) {
+/// Gives the plane of a crossing near a crease the normal that it has there.
+/// \param weights  of the crossing in its triangle
+void DepthEstimate::turn(const Frame& frame, const Crossing& crossing, const SurfaceNormals::Weights& weights,
+                         simd::WeightedPlane& plane) const {
   const auto& [contact, free_point] = at(frame.border_edges, crossing.border_edge);
   const Vec3& p = at(frame.positions, at(frame.table.contacts().point, contact));
+  const Vec3 displacement = at(frame.positions, free_point) - p;
   const double t = crossing.parameter;
+  const Vec3 normal =
+      normals_.at_weights(frame.positions, crossing.triangle, weights, nearer_end(t) * length(displacement));
   const double weight = 1.0 / (t * t) - (1.0 - link_weight);
   const double inverse = plane.sums[5];
   const Vec3 weighted = inverse * (weight * normal);
-  plane.sums[0] = inverse * (weight * t * dot(at(frame.positions, free_point) - p, normal));
+  plane.sums[0] = inverse * (weight * t * dot(displacement, normal));
   plane.sums[1] = weighted.x;
   plane.sums[2] = weighted.y;
   plane.sums[3] = weighted.z;
@@ -201,7 +211,8 @@ simd::WeightedPlane DepthEstimate::unusual_plane(const Frame& frame, Index edge,
   scratch.normals.clear();
   for (const auto& [border_edge, triangle, parameter] : crossings) {
     const Vec3 x = p + parameter * displacement;
-    scratch.normals.push_back(normals_.at_point(frame.positions, triangle, x));
+    const double distance = nearer_end(parameter) * length(displacement);
+    scratch.normals.push_back(normals_.at_point(frame.positions, triangle, x, distance));
   }
   const EdgeExit of_edge(frame.bodies, frame.positions, displacement, crossings, scratch.normals);
   const double scale = of_edge.at_point ? 1.0 : inverse;

@@ -58,7 +58,7 @@ void DepthEstimate::list_surfaces(const Frame& frame, std::size_t begin, std::si
 
 void DepthEstimate::add_beside(const NearFaces::Face& face, Scratch& scratch) {
   normals_.want(face.triangle);
-  scratch.points.push_back({face.triangle, face.x});
+  scratch.points.push_back({face.triangle, face.x, face.distance});
   scratch.beside.push_back({face.point, face.distance});
 }
 

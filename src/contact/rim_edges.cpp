@@ -134,7 +134,7 @@ bool RimEdgeSearch::find_inset(const Frame& frame, Index c, Index edge, double w
   for (const Index corner : at(frame.bodies.triangles(), found.triangle))  // of the same body, at the edge
     if (corner == line.ends[0] || corner == line.ends[1]) return false;
   found.exit = face.position;
-  found.direction = normals.at_point_now(frame.positions, found.triangle, found.exit);
+  found.direction = normals.at_point_now(frame.positions, found.triangle, found.exit, face.distance);
   found.depth = dot(found.exit - x, found.direction);
   const double like_contact = dot(found.direction, at(contacts.direction, c)) - alike;
   const double away = -dot(found.direction, normalized(line.outward)) - clearly;

@@ -71,9 +71,9 @@ class RimEdgeSearch {
   }
   [[nodiscard]] double scale_at(const Frame& frame, Index triangle, const Vec3& crossing,
                                 const RimFalloff& rims, const SurfaceNormals& normals) {
-    return rims.fading_scale(frame.bodies, frame.positions, crossing,
-                             at(frame.bodies.triangle_tets(), triangle),
-                             normals.at_point_now(frame.positions, triangle, crossing), frame.reach, faces_);
+    return rims.fading_scale(
+        frame.bodies, frame.positions, crossing, at(frame.bodies.triangle_tets(), triangle),
+        normals.at_point_now(frame.positions, triangle, crossing, SurfaceNormals::far), frame.reach, faces_);
   }
 
  private:

@@ -159,15 +159,23 @@ void SurfaceNormals::prepare_wanted(const parallel::Threads& threads, std::span<
                        });
 }
 
-/// Distance of a point of a triangle from the nearest crease, in heights of the triangle; at most 1.
-double SurfaceNormals::from_crease(Index triangle, const Weights& w) const {
-  const std::uint32_t creases = at(triangles_, triangle).creases;
-  double distance = 1.0;
+/// Distance of a point of a triangle from the nearest crease, in widths of its band; at most 1.
+double SurfaceNormals::from_crease(std::span<const Vec3> positions, Index triangle, const Weights& w,
+                                   double distance) const {
+  const auto& [corners, fans, creases] = at(triangles_, triangle);
+  if (creases == 0) return 1.0;
+  const std::array<Vec3, 3> x = corners_of(positions, corners);
+  const double twice_area = length(area_vector(x));
+  double nearest = 1.0;
   for (std::size_t i = 0; i < 3; ++i) {
-    if ((creases & (1U << i)) != 0) distance = std::min(distance, w[i]);
-    if ((creases & (8U << i)) != 0) distance = std::min(distance, 1.0 - w[i]);
+    // distance / height of corner i
+    const double width = std::min(band, distance * length(x[(i + 2) % 3] - x[(i + 1) % 3]) / twice_area);
+    const bool at_side = (creases & (1U << i)) != 0;
+    const bool at_corner = (creases & (8U << i)) != 0;
+    if (at_side && w[i] < width) nearest = std::min(nearest, w[i] / width);
+    if (at_corner && 1.0 - w[i] < width) nearest = std::min(nearest, (1.0 - w[i]) / width);
   }
-  return distance;
+  return nearest;
 }
 
 SurfaceNormals::Weights SurfaceNormals::weights(std::span<const Vec3> positions, Index triangle,
@@ -180,13 +188,13 @@ SurfaceNormals::Weights SurfaceNormals::weights(std::span<const Vec3> positions,
 /// \param unit_of  function: its unit vector
 template <class AreaOfFan, class UnitOfFan>
 Vec3 SurfaceNormals::interpolated(std::span<const Vec3> positions, Index triangle, const Weights& w,
-                                  const AreaOfFan& area_of, const UnitOfFan& unit_of) const {
+                                  double distance, const AreaOfFan& area_of, const UnitOfFan& unit_of) const {
   const simd::SmoothTriangle& t = at(triangles_, triangle);
   Vec3 smooth;
   for (std::size_t i = 0; i < 3; ++i) smooth += w[i] * unit_of(t.fans[i]);
   Vec3 normal = smooth;
-  const double from_crease = this->from_crease(triangle, w);
-  if (from_crease < band) {
+  const double from_crease = this->from_crease(positions, triangle, w, distance);
+  if (from_crease < 1.0) {
     Vec3 joined;
     for (std::size_t i = 0; i < 3; ++i) {
       const std::span<const Index> fans = fans_of_point_[t.corners[i]];
@@ -199,7 +207,7 @@ Vec3 SurfaceNormals::interpolated(std::span<const Vec3> positions, Index triangl
       }
       joined += w[i] * of_point;
     }
-    const double fraction = 1.0 - from_crease / band;
+    const double fraction = 1.0 - from_crease;
     normal = (1.0 - fraction) * smooth + fraction * joined;
   }
   normal = normalized(normal);
@@ -216,16 +224,18 @@ Vec3 SurfaceNormals::area_of_fan(std::span<const Vec3> positions, Index fan) con
   return area;
 }
 
-Vec3 SurfaceNormals::at_weights(std::span<const Vec3> positions, Index triangle, const Weights& w) const {
+Vec3 SurfaceNormals::at_weights(std::span<const Vec3> positions, Index triangle, const Weights& w,
+                                double distance) const {
   const auto area_of = [&](Index fan) {
     return wanted_.is_listed(fan) ? at(areas_, fan) : area_of_fan(positions, fan);
   };
-  return interpolated(positions, triangle, w, area_of, [&](Index fan) { return at(units_, fan); });
+  return interpolated(positions, triangle, w, distance, area_of, [&](Index fan) { return at(units_, fan); });
 }
 
-Vec3 SurfaceNormals::at_point_now(std::span<const Vec3> positions, Index triangle, const Vec3& x) const {
+Vec3 SurfaceNormals::at_point_now(std::span<const Vec3> positions, Index triangle, const Vec3& x,
+                                  double distance) const {
   return interpolated(
-      positions, triangle, weights(positions, triangle, x),
+      positions, triangle, weights(positions, triangle, x), distance,
       [&](Index fan) { return area_of_fan(positions, fan); },
       [&](Index fan) { return normalized(area_of_fan(positions, fan)); });
 }
@@ -234,7 +244,8 @@ void SurfaceNormals::at_points(std::span<const Vec3> positions, std::span<const 
                                std::span<Vec3> normals, std::span<simd::Doubtful> scratch) const {
   const std::size_t doubtful = simd::find_normals(smooth(positions), points, normals, scratch);
   for (const simd::Doubtful& d : scratch.first(doubtful)) {
-    normals[d.item] = at_weights(positions, points[d.item].triangle, d.weights);
+    const auto& [triangle, x, distance] = points[d.item];
+    normals[d.item] = at_weights(positions, triangle, d.weights, distance);
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -20,8 +21,10 @@ namespace palpate {
 ///
 /// The corners of a triangle have the area-weighted normal of the triangles around the point that are joined
 /// by smooth edges (normals of both triangles at most 60 degrees apart at rest); between corners it is
-/// interpolated. At a crease the normal rotates within a band of 5 % of the triangle's height on both sides,
-/// so it is continuous there too. Contact with a flat face is exact outside of that band along its rim.
+/// interpolated. At a crease the normal rotates within a band on both sides, so it is continuous there too.
+/// The band is as wide as the distance from which the normal is asked for, and at most 5 % of the triangle's
+/// height: a shallow contact beside a sharp edge is pushed straight out of the flat face, and however near to
+/// the edge it is, direction times depth is continuous.
 ///
 /// Normals are prepared only where they are needed.
 class SurfaceNormals {
@@ -41,17 +44,23 @@ class SurfaceNormals {
 
   /// Unit normal at x, a point of a prepared triangle; zero where the triangle and all around it have no
   /// area.
-  [[nodiscard]] Vec3 at_point(std::span<const Vec3> positions, Index triangle, const Vec3& x) const {
-    return at_weights(positions, triangle, weights(positions, triangle, x));
+  /// \param distance  from which it is asked for, m: limits the bands at creases
+  [[nodiscard]] Vec3 at_point(std::span<const Vec3> positions, Index triangle, const Vec3& x,
+                              double distance) const {
+    return at_weights(positions, triangle, weights(positions, triangle, x), distance);
   }
   /// at_point() of the point with these weights_in() the triangle.
-  [[nodiscard]] Vec3 at_weights(std::span<const Vec3> positions, Index triangle, const Weights& w) const;
+  [[nodiscard]] Vec3 at_weights(std::span<const Vec3> positions, Index triangle, const Weights& w,
+                                double distance) const;
   /// at_point() for many points, with the same bits.
   /// \param scratch  (n_points)
   void at_points(std::span<const Vec3> positions, std::span<const simd::PointOfTriangle> points,
                  std::span<Vec3> normals, std::span<simd::Doubtful> scratch) const;
   /// at_point() of a triangle that need not be prepared, with the same bits. O(triangles at the corners).
-  [[nodiscard]] Vec3 at_point_now(std::span<const Vec3> positions, Index triangle, const Vec3& x) const;
+  [[nodiscard]] Vec3 at_point_now(std::span<const Vec3> positions, Index triangle, const Vec3& x,
+                                  double distance) const;
+  /// A distance at which bands have their full width.
+  static constexpr double far = std::numeric_limits<double>::infinity();
 
   /// For the interpolation in prepared triangles.
   [[nodiscard]] simd::SmoothTriangles smooth(std::span<const Vec3> positions) const {
@@ -59,7 +68,7 @@ class SurfaceNormals {
   }
 
  private:
-  /// Fraction of the triangle's height over which the normal rotates at a crease.
+  /// Largest fraction of the triangle's height over which the normal rotates at a crease.
   static constexpr double band = 0.05;
 
   /// (n_triangles) the triangle across the edge opposite corner i; -1: the edge is a crease.
@@ -71,9 +80,10 @@ class SurfaceNormals {
   [[nodiscard]] Vec3 area_of_fan(std::span<const Vec3> positions, Index fan) const;
   template <class AreaOfFan, class UnitOfFan>
   [[nodiscard]] Vec3 interpolated(std::span<const Vec3> positions, Index triangle, const Weights& w,
-                                  const AreaOfFan& area_of, const UnitOfFan& unit_of) const;
+                                  double distance, const AreaOfFan& area_of, const UnitOfFan& unit_of) const;
   [[nodiscard]] Weights weights(std::span<const Vec3> positions, Index triangle, const Vec3& x) const;
-  [[nodiscard]] double from_crease(Index triangle, const Weights& w) const;
+  [[nodiscard]] double from_crease(std::span<const Vec3> positions, Index triangle, const Weights& w,
+                                   double distance) const;
 
   std::vector<simd::SmoothTriangle> triangles_;  ///< (n_triangles)
   /// Fans: the triangles around a point that are connected over smooth edges. Those of a body are in the

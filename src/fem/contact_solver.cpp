@@ -145,7 +145,9 @@ void ContactSolver::choose(Run& run, bool goes_on) {
 }
 
 void ContactSolver::change_preconditioner(Run& run) {
-  run.report.jacobi_iterations = run.change_at;
+  // A loose solve whose error is not known says little of the others.
+  const int failed = run.goal.rough ? run.report.iterations : run.change_at;
+  run.report.jacobi_iterations = std::max(run.report.jacobi_iterations, std::min(failed, run.change_at));
   run.change_at = std::numeric_limits<int>::max();
   run.report.multigrid = true;
   run.inner = 1;

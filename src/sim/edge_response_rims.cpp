@@ -37,7 +37,7 @@ double entered(const EdgeResponse::Frame& frame, Index contact, const RimEdge& e
   if (!ahead.leaves()) return 1.0;
   const Vec3 normal = frame.surfaces.normals->at_point_now(
       frame.positions, frame.bodies.triangle_of_face(ahead.tet, ahead.opposite),
-      x + ahead.distance * edge.direction);
+      x + ahead.distance * edge.direction, SurfaceNormals::far);
   const double side = side_of(dot(normal, edge.direction));
   return side + (1.0 - side) * ahead.distance / most;
 }

@@ -25,7 +25,7 @@ Meeting meeting(const EdgeResponse::Frame& frame, const Edge& edge, Index triang
   const Vec3& a = at(frame.positions, edge[0]);
   const Vec3 x = a + parameter * (at(frame.positions, edge[1]) - a);
   Meeting found{triangle, parameter, weights_in(t, area_vector(t), x), 0.0, 0.0};
-  const Vec3 normal = frame.surfaces.normals->at_point_now(frame.positions, triangle, x);
+  const Vec3 normal = frame.surfaces.normals->at_point_now(frame.positions, triangle, x, SurfaceNormals::far);
   found.steepness = std::abs(dot(normalized(at(frame.positions, edge[1]) - a), normal));
   found.side = side_of(dot(normal, direction));
   return found;

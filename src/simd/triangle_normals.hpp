@@ -42,6 +42,7 @@ void find_fan_normals(const Fans& fans, std::span<const Index> which, std::span<
 struct PointOfTriangle {
   Index triangle;
   Vec3 x;
+  double distance;  ///< from which its normal is asked for, m
 };
 
 /// A point whose normal needs more than interpolation.

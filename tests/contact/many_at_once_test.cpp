@@ -137,7 +137,7 @@ TEST(ManyAtOnce, PlanesOfCrossingsAreTheSame) {
         const auto& [border_edge, triangle, parameter] = crossings[e];
         const Vec3& p = at(positions, points[e]);
         const Vec3 edge = at(positions, edges[e].free_point) - p;
-        const Vec3 normal = normals.at_point(positions, triangle, p + parameter * edge);
+        const Vec3 normal = normals.at_point(positions, triangle, p + parameter * edge, SurfaceNormals::far);
         const EdgeExit one(bodies, positions, edge, std::span(crossings).subspan(e, 1), {&normal, 1});
         if (one.at_point || squared_length(edge) < shortest) {
           ASSERT_EQ(is_valid[e], 0) << target;

@@ -43,7 +43,8 @@ TEST(SurfaceNormals, AreTheSameManyAtOnce) {
     if (random.chance(0.2)) w[1] = 0.0;
     Vec3 x;
     for (std::size_t k = 0; k < 3; ++k) x += (w[k] / (w[0] + w[1] + w[2])) * at(positions, t[k]);
-    points.push_back({triangle, x});
+    const double distance = random.chance(0.2) ? 0.0 : random.uniform(0.0, 0.05);
+    points.push_back({triangle, x, random.chance(0.2) ? SurfaceNormals::far : distance});
   }
   test::for_each_simd_target([&](const char* target) {
     normals.prepare(parallel::Threads(1), positions, {});  // forgets what another target has computed
@@ -54,10 +55,11 @@ TEST(SurfaceNormals, AreTheSameManyAtOnce) {
       std::vector<simd::Doubtful> scratch(n);
       normals.at_points(positions, std::span(points).first(n), found, scratch);
       for (std::size_t i = 0; i < n; ++i) {
-        const auto& [triangle, x] = points[i];
-        const Vec3 one = normals.at_point_now(positions, triangle, x);
+        const auto& [triangle, x, distance] = points[i];
+        const Vec3 one = normals.at_point_now(positions, triangle, x, distance);
         ASSERT_TRUE(same_bits(found[i], one)) << target << ", " << i << " of " << n;
-        ASSERT_TRUE(same_bits(normals.at_point(positions, triangle, x), one)) << target << ", " << i;
+        ASSERT_TRUE(same_bits(normals.at_point(positions, triangle, x, distance), one))
+            << target << ", " << i;
       }
     }
   });
@@ -75,9 +77,42 @@ TEST(SurfaceNormals, OfCornersAreThoseOfTheTrianglesAround) {
       for (const Triangle& other : bodies.triangles())
         if (std::find(other.begin(), other.end(), corner) != other.end())
           sum += cross(at(x, other[1]) - at(x, other[0]), at(x, other[2]) - at(x, other[0]));
-      ASSERT_LT(length(normals.at_point_now(x, t, at(x, corner)) - normalized(sum)), 1e-13);
+      ASSERT_LT(length(normals.at_point_now(x, t, at(x, corner), 0.1) - normalized(sum)), 1e-13);
     }
   }
+}
+
+TEST(SurfaceNormals, TurnAtACreaseOverTheDistanceFromWhichTheyAreAskedFor) {
+  Bodies bodies;
+  bodies.add("box", test::box_mesh({2, 2, 2}, {0, 0, 0}, {2, 2, 2}));
+  const std::span<const Vec3> x = bodies.points_rest();
+  const SurfaceNormals normals(bodies);
+  // At a place on the face with the outward normal `face`.
+  const auto normal = [&](const Vec3& place, const Vec3& face, double distance) {
+    for (Index t = 0; t < static_cast<Index>(bodies.triangles().size()); ++t) {
+      const std::array<Vec3, 3> corners = corners_of(x, at(bodies.triangles(), t));
+      const Vec3 area = area_vector(corners);
+      const auto w = weights_in(corners, area, place);
+      const Vec3 there = w[0] * corners[0] + w[1] * corners[1] + w[2] * corners[2];
+      if (dot(normalized(area), face) > 0.9 && length(there - place) < 1e-12)
+        return normals.at_point_now(x, t, place, distance);
+    }
+    return Vec3{};
+  };
+  const Vec3 up{0, 0, 1};
+  const Vec3 aside{-1, 0, 0};
+  for (const double distance : {1e-6, 1e-3, 0.02}) {
+    const Vec3 at_edge = normal({0.0, 0.5, 2.0}, up, distance);
+    EXPECT_LT(length(at_edge - normal({0.0, 0.5, 2.0}, aside, distance)), 1e-12) << "the same on both faces";
+    EXPECT_LT(at_edge.z, 0.9);
+    const Vec3 in_between = normal({0.5 * distance, 0.5, 2.0}, up, distance);
+    EXPECT_GT(in_between.z, at_edge.z);
+    EXPECT_LT(in_between.z, 1.0);
+    EXPECT_EQ(normal({1.001 * distance, 0.5, 2.0}, up, distance), up);
+  }
+  EXPECT_LT(normal({0.049, 0.5, 2.0}, up, 10.0).z, 1.0) << "at most 5 % of the height of the triangle";
+  EXPECT_EQ(normal({0.051, 0.5, 2.0}, up, 10.0), up);
+  EXPECT_EQ(normal({1e-9, 0.5, 2.0}, up, 0.0), up);
 }
 
 }  // namespace

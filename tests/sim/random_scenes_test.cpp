@@ -39,7 +39,10 @@ Outcome run(std::uint64_t seed, ElementKind elements, TimeIntegration integratio
   const double at_start = energy(simulation);
   for (int step = 0; step < outcome.steps; ++step) {
     simulation.step();
-    if (!simulation.metrics().solver_converged) ++outcome.not_converged;
+    if (!simulation.metrics().solver_converged) {
+      ++outcome.not_converged;
+      std::printf("seed %d does not converge in step %d of %g s\n", static_cast<int>(seed), step, time_step);
+    }
     outcome.iterations += simulation.metrics().solver_iterations;
     outcome.second_order += simulation.metrics().order == 2 ? 1 : 0;
     if (energy(simulation) > 1.01 * at_start) {
