@@ -265,17 +265,11 @@ TEST(LocalThickness, IsNotThatOfAFlatTetInAThickBody) {
 }
 
 TEST(LocalThickness, OfAPointIsThatOfItsTriangles) {
-  // A box with a fin of 1 mm on one of its sides.
-  TetMesh mesh = test::box_mesh({2, 2, 2}, {0, 0, 0}, {0.2, 0.2, 0.2});
-  const TetMesh fin = test::box_mesh({2, 2, 1}, {0.3, 0, 0}, {0.4, 0.1, 0.001});
-  const auto first = static_cast<Index>(mesh.points.size());
-  mesh.points.insert(mesh.points.end(), fin.points.begin(), fin.points.end());
-  for (Tet tet : fin.tets) {
-    for (Index& corner : tet) corner += first;
-    mesh.tets.push_back(tet);
-  }
+  // A box of 20 cm, and beside it a sheet of 1 mm.
+  const TetMesh box = test::box_mesh({2, 2, 2}, {0, 0, 0}, {0.2, 0.2, 0.2});
+  const auto first = static_cast<Index>(box.points.size());
   Bodies bodies;
-  bodies.add("box", std::move(mesh));
+  bodies.add("box", test::joined(box, test::box_mesh({2, 2, 1}, {0.3, 0, 0}, {0.4, 0.1, 0.001})));
   const LocalThickness thickness(bodies, SurfaceClusters(bodies).clusters);
   for (Index p = 0; p < first; ++p) EXPECT_GT(at(thickness.of_point, p), 0.05) << p;
   for (Index p = first; p < std::ssize(bodies.points_rest()); ++p)
