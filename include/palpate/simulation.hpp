@@ -158,7 +158,7 @@ class Simulation {
   [[nodiscard]] const Detector& detector() const;    ///< contacts at positions()
   [[nodiscard]] const StepMetrics& metrics() const;  ///< of the last step, or of the start
   /// Whether metrics().fastest_body has been at most settings().rest.speed for settings().rest.time without
-  /// interruption.
+  /// interruption, in steps that converged (or have fixed iterations).
   [[nodiscard]] bool at_rest() const;
   /// Force on each body by contacts during the last step, N: (n_bodies x 3). They add up to zero.
   [[nodiscard]] std::span<const Vec3> contact_forces() const;

@@ -196,7 +196,10 @@ const StepMetrics& Simulation::step() {
   ++s.metrics.step;
   s.metrics.time = static_cast<double>(s.metrics.step) * s.settings.time_step;
   s.measure();
-  const bool slow = s.metrics.fastest_body <= s.settings.rest.speed && s.metrics.time >= s.last_change();
+  // What did not converge is not known to rest. Fixed iterations need not converge.
+  const bool known = s.metrics.solver_converged || s.settings.solver.fixed_iterations.has_value();
+  const bool slow =
+      known && s.metrics.fastest_body <= s.settings.rest.speed && s.metrics.time >= s.last_change();
   s.slow_steps = slow ? s.slow_steps + 1 : 0;
   return s.metrics;
 }

@@ -67,6 +67,26 @@ void expect_rest(Model model, double time_step, const std::string& name) {
   EXPECT_EQ(not_converged, 0) << name;
 }
 
+/// A solve that is cut off may leave everything where it is.
+TEST(Rest, IsNotWhereStepsDoNotConverge) {
+  const auto rests = [](const SolverSettings& solver) {
+    Model model;
+    model.bodies.add("beam", test::box_mesh({8, 2, 2}, {0, 0, 0}, {0.4, 0.1, 0.1}));
+    model.materials.assign(1, {.young_modulus = 1e8});
+    for (const Vec3& p : model.bodies.points_rest()) model.fixed_points.push_back(p.x == 0.0 ? 1 : 0);
+    SimulationSettings settings;
+    settings.time_step = 0.01;
+    settings.rest = {.speed = 1e3, .time = 0.02};  // anything counts as slow
+    settings.solver = solver;
+    Simulation simulation(std::move(model), settings, 1);
+    for (int step = 0; step < 10; ++step) simulation.step();
+    EXPECT_EQ(simulation.metrics().solver_converged, solver.max_iterations > 1);
+    return simulation.at_rest();
+  };
+  EXPECT_TRUE(rests({}));
+  EXPECT_FALSE(rests({.tolerance = 1e-12, .max_iterations = 1, .max_substeps = 1}));
+}
+
 TEST(Rest, MatsOnAPostLieStill) {
   for (const double young_modulus : {3e3, 2e5})
     expect_rest(mat(young_modulus, 0.004), 0.01, "mat of " + std::to_string(young_modulus) + " Pa");
