@@ -218,7 +218,7 @@ class Simulation {
   /// Mass of each body, kg: (n_bodies).
   [[nodiscard]] std::span<const double> masses() const;
   /// For each body, the material from which contact stiffness is derived: its own; for a body with several,
-  /// its own with Young's modulus averaged by volume.
+  /// its own with Young's modulus and Poisson's ratio averaged by volume.
   [[nodiscard]] std::span<const Material> contact_materials() const;
   /// 16 hexadecimal digits that stand for the bits of all positions and velocities (64-bit FNV-1a of their
   /// bytes).

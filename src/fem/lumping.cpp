@@ -57,16 +57,20 @@ std::vector<Material> mean_materials(const Bodies& bodies, const Materials& mate
   for (Material& mean : means) mean.young_modulus = instantaneous_modulus(mean);
   if (materials.of_tet.empty()) return means;
   for (Index body = 0; body < bodies.body_count(); ++body) {
-    const double own = at(means, body).young_modulus;
-    double change = 0.0;
+    Material& mean = at(means, body);
+    double modulus = 0.0;  // sums of differences from the body's own values, times volume
+    double ratio = 0.0;
     double volume = 0.0;
     const Range tets = at(bodies.bodies(), body).tets;
     for (Index tet = tets.begin; tet < tets.end; ++tet) {
+      const Material& material = materials.of(tet, body);
       const double own_volume = tet_volume_rest(bodies, tet);
-      change += own_volume * (instantaneous_modulus(materials.of(tet, body)) - own);
+      modulus += own_volume * (instantaneous_modulus(material) - mean.young_modulus);
+      ratio += own_volume * (material.poisson_ratio - mean.poisson_ratio);
       volume += own_volume;
     }
-    if (change != 0.0) at(means, body).young_modulus += change / volume;
+    if (modulus != 0.0) mean.young_modulus += modulus / volume;
+    if (ratio != 0.0) mean.poisson_ratio += ratio / volume;
   }
   return means;
 }

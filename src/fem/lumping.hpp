@@ -22,8 +22,8 @@ namespace palpate::fem {
 [[nodiscard]] std::vector<double> mass_dampings(const Bodies& bodies, const Materials& materials,
                                                 std::span<const double> masses);
 
-/// The material of each body, with the instantaneous Young's modulus averaged over its tets by volume: the
-/// stiffness for contacts. O(n_tets).
+/// The material of each body, with the instantaneous Young's modulus and Poisson's ratio averaged over its
+/// tets by volume: the stiffness of contacts depends on them. O(n_tets).
 [[nodiscard]] std::vector<Material> mean_materials(const Bodies& bodies, const Materials& materials);
 
 }  // namespace palpate::fem

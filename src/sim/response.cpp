@@ -35,6 +35,15 @@ constexpr double starts_deep = 0.4;
 /// Its first stiffness, times the square of the time step and relative to the reduced mass.
 constexpr double soft_stiffness = 2.0;
 
+/// The modulus from which the stiffness of contacts is derived, Pa: Young's modulus, and more where tissue is
+/// nearly incompressible. Confined on all sides, it resists by the modulus of uniaxial strain; the contacts
+/// around it must not yield more, relative to that, than with a Poisson's ratio of 0.4.
+double contact_modulus(const Material& material) {
+  const auto confined = [](double nu) { return (1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu)); };
+  constexpr double usual = 0.4;
+  return material.young_modulus * std::max(1.0, confined(material.poisson_ratio) / confined(usual));
+}
+
 /// Whether a contact acts for the first time.
 bool begins(const ContactStates& states, std::size_t c) {
   return states.seen[c] == 1 && states.lost[c] == 0;
@@ -61,7 +70,7 @@ ContactResponse::ContactResponse(const Bodies& bodies, std::span<const Material>
   for (Index b = 0; b < bodies.body_count(); ++b) {
     if (at(obstacles, b) != 0) continue;
     const double h = mesh_statistics(bodies, bodies.points_rest(), b).edge_length.mean;
-    at(body_compliance_, b) = 1.0 / (10.0 * at(materials, b).young_modulus * h);
+    at(body_compliance_, b) = 1.0 / (10.0 * contact_modulus(at(materials, b)) * h);
   }
 }
 

@@ -1,4 +1,5 @@
 // Contact of soft bodies against contact mechanics: Hertz, springs in series, stable stacks.
+#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <string>
@@ -108,6 +109,33 @@ TEST(ContactMechanics, ABallBetweenPlatesFollowsHertz) {
   EXPECT_LT(std::abs(fine - medium), 0.03 * fine);
   const double exponent = std::log2(fine / pressing_force(14, 0.5 * approach));
   EXPECT_NEAR(exponent, 1.5, 0.05);
+}
+
+/// Uniaxial strain: a cube in a rigid cavity resists by E (1 - nu) / ((1 + nu) (1 - 2 nu)) times strain and
+/// area, 17 E with nu = 0.49. With contacts as stiff as for compressible tissue, it resisted by half of this.
+TEST(ContactMechanics, ConfinedTissueResistsByItsModulus) {
+  constexpr double half = 0.02;
+  constexpr double strain = 0.01;
+  for (const double nu : {0.3, 0.45, 0.49}) {
+    Model model = press(half, strain * 2.0 * half, 0.5);
+    for (const double sign : {-1.0, 1.0}) {
+      const auto [near, far] = std::minmax({sign * half, sign * 2.0 * half});
+      add_soft(model, "side", test::box_mesh({2, 2, 2}, {near, -0.04, -0.04}, {far, 0.04, 0.04}), {});
+      add_soft(model, "front", test::box_mesh({2, 2, 2}, {-0.04, near, -0.04}, {0.04, far, 0.04}), {});
+    }
+    std::ranges::fill(model.obstacles, 1);
+    const Material tissue{.young_modulus = 5e4, .poisson_ratio = nu, .mass_damping = 20.0};
+    add_soft(model, "tissue", test::box_mesh({4, 4, 4}, {-half, -half, -half}, {half, half, half}), tissue);
+    SimulationSettings settings;
+    settings.gravity = {};
+    Simulation simulation(std::move(model), settings, 2);
+    while (simulation.metrics().time < 2.0) simulation.step();
+    const double modulus = tissue.young_modulus * (1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu));
+    const double force = modulus * strain * 4.0 * half * half;
+    const double felt = simulation.contact_forces()[1].z;
+    EXPECT_GT(felt, 0.8 * force) << nu;
+    EXPECT_LT(felt, force) << nu << ": the contacts yield, too";
+  }
 }
 
 TEST(ContactMechanics, TwoPressedBlocksHaveEqualForcesAndDeformByTheirStiffness) {
