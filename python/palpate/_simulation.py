@@ -191,7 +191,8 @@ class Simulation(_core.Simulation):
         callback: is called with the simulation after each step, and ends the run if it returns True (bool, or NumPy's).
         progress: shows a bar of tqdm.
 
-        Warns with NotConverged where steps did not converge (steps_not_converged counts them).
+        Warns with NotConverged where steps did not converge (steps_not_converged counts them), and with a
+        RuntimeWarning where something may have gone through a body (metrics.passes).
         Ctrl-C ends it after the current step, with KeyboardInterrupt; the simulation is at the end of that step. Raises
         Error if the simulation blows up; its state is then that of the last good step.
         """
@@ -202,11 +203,13 @@ class Simulation(_core.Simulation):
         if wanted < 0:
             raise Error("Simulation.run", "steps", str(wanted), "0 or more")
         done = 0
+        passed = 0
         before = self.steps_not_converged
         with bar(progress, wanted, "step") as shown:
             while done < wanted and not (until_rest and self.at_rest) and not (staged and self.stages_done):
                 self.step()
                 done += 1
+                passed += self.metrics.passes > 0
                 shown.update()
                 if callback is not None and _is_true(callback(self)):
                     break
@@ -214,6 +217,13 @@ class Simulation(_core.Simulation):
             warnings.warn(
                 f"not at rest after {done} steps, the rest of the duration of {self._duration:g} s: "
                 "run(steps, until_rest=True) sets another limit",
+                RuntimeWarning,
+                stacklevel=2,
+            )
+        if passed:
+            warnings.warn(
+                f"in {passed} of {done} steps something may have gone through a body: take a smaller time_step, or "
+                'contact={"continuous": "full"}',
                 RuntimeWarning,
                 stacklevel=2,
             )

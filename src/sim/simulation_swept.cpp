@@ -25,7 +25,9 @@ bool Simulation::State::sweeps() const {
 
 /// Whether the effort for passes is limited from now on, with so many further passes. The first search finds
 /// 9 of 10 passes; the others are those that its stops cause, and each search costs a solve. Where there are
-/// few passes in all, as with a needle, solves are cheap.
+/// few passes in all, as with a needle, solves are cheap. What is stopped may have a whole body behind it
+/// that passes then, so the limit is for the pairs of bodies of which something was stopped: see
+/// stop_passes().
 bool Simulation::State::is_limited(std::int64_t passes) const {
   constexpr std::int64_t few = 100;
   return settings.detection.continuous == ContinuousDetection::limited && progress.stopped_passes > 0 &&
@@ -66,7 +68,7 @@ bool Simulation::State::stop_passes() {
   const auto stops =
       swept.find(threads, predicted(), DetectorSteps::may_touch(detector), response,
                  std::span(couplings).subspan(first_contact, first_speculative - first_contact));
-  const bool may_stop = progress.may_stop && !is_limited(std::ssize(stops));
+  const bool may_stop = progress.may_stop && (swept.stops_new_pair() || !is_limited(std::ssize(stops)));
   if (!stops.empty() && may_stop) {
     progress.failed_searches = std::ssize(stops) < progress.least_stops ? 0 : progress.failed_searches + 1;
     progress.least_stops = std::min<std::int64_t>(progress.least_stops, std::ssize(stops));

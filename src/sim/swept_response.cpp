@@ -47,11 +47,14 @@ std::span<const StopOfPassing> SweptResponse::find(const parallel::Threads& thre
   now_.clear();
   left_ = 0;
   if (query_.may_pass(threads, step.start, step.end, filter, settings())) {
-    const std::span<const Vec3> from = separated(step.start);
+    const std::span<const Vec3> from = start_.separated(step.start);
+    end_.clear();
+    list_shifts(step.contacts, deepest_point, end_);
+    const std::span<const Vec3> to = end_.separated(step.end);
     const PredictedStep path{from, step.end, step.velocities, step.time_step, step.contacts, step.complete};
     exits_.set_end(step.contacts);
-    for (SweptContact contact : query_.find(threads, step.start, from, step.end, filter, settings())) {
-      contact.direction = entry_direction(contact, {bodies_, from, step.end});
+    for (SweptContact contact : query_.find(threads, step.start, from, to, filter, settings())) {
+      contact.direction = entry_direction(contact, {bodies_, from, to});
       if (contact.direction != Vec3{}) add(contact, path, step.start, response);
     }
   }
@@ -131,57 +134,64 @@ void SweptResponse::add(const SweptContact& contact, const PredictedStep& step, 
 
 void SweptResponse::begin_step(std::span<const Vec3> positions, const ContactTable& contacts) {
   stopped_.clear();
+  stopped_pairs_.clear();
   acting_.clear();
-  separated_.clear();
+  start_.clear();
   // With room for edges that may come to a pile of points in contact, so that only the first steps allocate.
   start_ends_.clear();
   make_room(start_ends_, 2 * contacts.edges().size() + contacts.size() / 4);
   list_ends(positions, contacts.edges());
-  list_shifts(contacts);
+  list_shifts(contacts, most_separated, start_);
   exits_.begin_step(contacts);
 }
 
 /// Shifts of points and edges in shallow contact out of the body in which they are. The search finds only
 /// what touches after the start: a point that leaves a body and enters again through the same triangle would
-/// be found when it leaves, and edges of bodies that overlap already have no outside to come from.
-void SweptResponse::list_shifts(const ContactTable& contacts) {
-  shifts_.clear();
+/// be found when it leaves, and edges of bodies that overlap already have no outside to come from. And what
+/// a body only slides over, a little deep, would be entered through its side.
+/// \param deepest  of a contact with a shift, relative to the local thickness
+void SweptResponse::list_shifts(const ContactTable& contacts, double deepest, Separation& list) const {
   const Contacts& points = contacts.contacts();
   const EdgeContacts& edges = contacts.edges();
-  make_room(shifts_, points.size() + 2 * edges.size());
+  make_room(list.shifts, points.size() + 2 * edges.size());
   const LocalThickness& thickness = query_.thickness();
   const auto shift_of = [&](double depth, const Vec3& direction, double thick) {
-    if (depth > most_separated * thick) return Vec3{};
+    if (depth > deepest * thick) return Vec3{};
     return (depths_apart * depth + margin_of_thickness * thick) * direction;
   };
   for (std::size_t c = 0; c < points.size(); ++c) {
     const Vec3 by = shift_of(points.depth[c], points.direction[c], thickness.of_contact(bodies_, points, c));
-    if (by != Vec3{}) shifts_.push_back({points.point[c], by});
+    if (by != Vec3{}) list.shifts.push_back({points.point[c], by});
   }
   for (std::size_t c = 0; c < edges.size(); ++c) {
     const Vec3 by = shift_of(edges.depth[c], edges.direction[c], thickness.of_contact(edges, c));
     if (by == Vec3{}) continue;
-    for (const Index point : at(bodies_.edges(), edges.edge[c])) shifts_.push_back({point, by});
+    for (const Index point : at(bodies_.edges(), edges.edge[c])) list.shifts.push_back({point, by});
   }
 }
 
-/// Positions at the start of the step at which contacts that are shallow do not overlap.
-std::span<const Vec3> SweptResponse::separated(std::span<const Vec3> start) {
-  if (shifts_.empty()) return start;
-  if (separated_.empty()) {
-    make_room(separated_, start.size());
-    separated_.assign(start.begin(), start.end());
-    for (const Shift& shift : shifts_) at(separated_, shift.point) += shift.by;
+void SweptResponse::Separation::clear() {
+  shifts.clear();
+  places.clear();
+}
+
+/// Positions at which contacts that are shallow do not overlap.
+std::span<const Vec3> SweptResponse::Separation::separated(std::span<const Vec3> positions) {
+  if (shifts.empty()) return positions;
+  if (places.empty()) {
+    make_room(places, positions.size());
+    places.assign(positions.begin(), positions.end());
+    for (const Shift& shift : shifts) at(places, shift.point) += shift.by;
   }
-  return separated_;
+  return places;
 }
 
 /// How deep a pair was already at the start of the step, m: only if its points were shifted out of a contact.
 double SweptResponse::overlap_before(const SweptContact& contact, const fem::Coupling& coupling,
                                      std::span<const Vec3> start) const {
-  if (separated_.empty()) return 0.0;
+  if (start_.places.empty()) return 0.0;
   const double distance = dot(contact.direction, fem::relative(coupling, start));
-  const double shifted = dot(contact.direction, fem::relative(coupling, separated_));
+  const double shifted = dot(contact.direction, fem::relative(coupling, start_.places));
   return std::clamp(-distance, 0.0, std::max(shifted - distance, 0.0));
 }
 
@@ -231,12 +241,29 @@ double SweptResponse::gap_of(const StopOfPassing& stop, double nearest, const Pr
          nearest;
 }
 
+PairOfBodies SweptResponse::bodies_of(const StopOfPassing& stop) const {
+  const auto& points = stop.coupling.points;
+  return pair_of(at(bodies_.body_of_point(), points[0]),
+                 at(bodies_.body_of_point(), points[stop.of_edge ? 2 : 1]));
+}
+
+bool SweptResponse::stops_new_pair() const {
+  return std::ranges::any_of(stops_, [&](const StopOfPassing& stop) {
+    return !std::ranges::binary_search(stopped_pairs_, bodies_of(stop));
+  });
+}
+
 void SweptResponse::stop(const PredictedStep& step, ContactResponse& response,
                          std::vector<fem::Coupling>& couplings) {
   for (const Acting& one : acting_) response.set_gap(one.law, gap_of(one.stop, one.nearest, step));
   make_room(acting_, acting_.size() + stops_.size());
   for (std::size_t i = 0; i < stops_.size(); ++i)
     acting_.push_back({response.laws().size() + i, stops_[i], nearest_[i]});
+  for (const StopOfPassing& stop : stops_) {
+    const PairOfBodies pair = bodies_of(stop);
+    const auto place = std::ranges::lower_bound(stopped_pairs_, pair);
+    if (place == stopped_pairs_.end() || *place != pair) stopped_pairs_.insert(place, pair);
+  }
   response.add_stops(stops_, couplings);
 }
 

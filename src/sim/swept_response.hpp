@@ -63,6 +63,8 @@ class SweptResponse {
   /// Makes the pairs of the last find() act, and those that were stopped before in this step agree with the
   /// same predicted step. O(stops of the step).
   void stop(const PredictedStep& step, ContactResponse& response, std::vector<fem::Coupling>& couplings);
+  /// Whether the last find() has a pair of two bodies of which nothing was stopped before in this step.
+  [[nodiscard]] bool stops_new_pair() const;
   /// Number of pairs of the last find() that still pass after most_stops.
   [[nodiscard]] std::int64_t left() const { return left_; }
   /// Counts what could pass, without a search; see counts().
@@ -106,6 +108,19 @@ class SweptResponse {
     double margin;   ///< distance within which it must be stopped, m
     bool of_edge;    ///< the first two points of the coupling are an edge
   };
+  /// Displacements of points that separate the bodies where they overlap little.
+  struct Separation {
+    struct Shift {
+      Index point;
+      Vec3 by;
+    };
+    std::vector<Shift> shifts;
+    std::vector<Vec3> places;  ///< positions with shifts; empty until separated() is called
+
+    void clear();
+    std::span<const Vec3> separated(std::span<const Vec3> positions);
+  };
+  [[nodiscard]] PairOfBodies bodies_of(const StopOfPassing& stop) const;
   [[nodiscard]] Key key_of(const SweptContact& contact) const;
   [[nodiscard]] fem::Coupling coupling_of(const SweptContact& contact) const;
   [[nodiscard]] double thickness(const SweptContact& contact) const;
@@ -117,15 +132,14 @@ class SweptResponse {
   [[nodiscard]] bool in_thin(const Start& start, Index body) const;
   [[nodiscard]] static bool point_turns(const Start& start, Index row, const PredictedStep& step);
   [[nodiscard]] static bool edge_turns(const Start& start, Index body, const PredictedStep& step);
+  [[nodiscard]] static bool slides_on(const Start& start, Index body, const PredictedStep& step);
   [[nodiscard]] bool leaves(const Start& start, Index body, bool deeper, const PredictedStep& step) const;
   [[nodiscard]] std::ptrdiff_t times_stopped(const Key& key, const Vec3& direction) const;
   void add(const Key& key, const Passing& passing, const PredictedStep& step,
            const ContactResponse& response);
   void list_ends(std::span<const Vec3> positions, const EdgeContacts& contacts);
-  void list_shifts(const ContactTable& contacts);
+  void list_shifts(const ContactTable& contacts, double deepest, Separation& list) const;
   [[nodiscard]] bool is_soft(Index point, Index body) const;
-  void add_shift(Index point, const Vec3& shift);
-  [[nodiscard]] std::span<const Vec3> separated(std::span<const Vec3> start);
   [[nodiscard]] double overlap_before(const SweptContact& contact, const fem::Coupling& coupling,
                                       std::span<const Vec3> start) const;
   [[nodiscard]] static double gap_of(const StopOfPassing& stop, double nearest, const PredictedStep& step);
@@ -144,16 +158,12 @@ class SweptResponse {
     double thickness = 0.0;  ///< of the body there, m
   };
   std::vector<StartEnd> start_ends_;
-  std::vector<PairOfBodies> soft_pairs_;  ///< whose contacts began deep and act softly, sorted
-  /// Displacement of a point that separates the bodies where they overlap little at the start of the step.
-  struct Shift {
-    Index point;
-    Vec3 by;
-  };
-  std::vector<Shift> shifts_;
-  std::vector<Vec3> separated_;   ///< positions at the start of the step with shifts
-  std::vector<Stopped> stopped_;  ///< ascending by key
-  std::vector<Stopped> now_;      ///< scratch
+  std::vector<PairOfBodies> soft_pairs_;     ///< whose contacts began deep and act softly, sorted
+  Separation start_;                         ///< at the start of the step
+  Separation end_;                           ///< at its predicted end
+  std::vector<Stopped> stopped_;             ///< ascending by key
+  std::vector<Stopped> now_;                 ///< scratch
+  std::vector<PairOfBodies> stopped_pairs_;  ///< in this step, ascending
   std::vector<StopOfPassing> stops_;
   std::vector<double>
       nearest_;  ///< (n_stops) distance at the end of the step at which each law has no force, m

@@ -149,13 +149,32 @@ bool SweptResponse::leaves(const Start& start, Index body, bool deeper, const Pr
   return row >= 0 ? point_turns(start, row, step) : in_thin(start, body) && step.complete && deeper;
 }
 
+/// Whether a contact is shallow at the end of the step, and not on the other side: it went around a corner of
+/// the body, from one face to the next.
+bool SweptResponse::slides_on(const Start& start, Index body, const PredictedStep& step) {
+  const double deepest = deepest_edge * start.thickness;
+  if (!start.of_edge) {
+    const Index row = step.contacts.find(start.key.first, body);
+    return row >= 0 && at(step.contacts.contacts().depth, row) <= deepest && !point_turns(start, row, step);
+  }
+  const EdgeContacts& edges = step.contacts.edges();
+  const auto [first, last] = std::ranges::equal_range(edges.edge, start.key.first);
+  bool found = false;
+  for (auto row = first - edges.edge.begin(); row < last - edges.edge.begin(); ++row) {
+    if (at(edges.body, row) != body) continue;
+    if (at(edges.depth, row) > deepest) return false;
+    found = true;
+  }
+  return found && !edge_turns(start, body, step);
+}
+
 void SweptResponse::add_sinking(const Start& start, const PredictedStep& step,
                                 const ContactResponse& response) {
   const Index body = at(bodies_.body_of_point(), start.coupling.points.back());
   const double margin = margin_of_thickness * start.thickness;
   const double before = dot(start.direction, fem::relative(start.coupling, step.start));
   const double deeper = before - dot(start.direction, fem::relative(start.coupling, step.end));
-  const bool sinks = deeper > settings().least_motion * start.thickness;
+  const bool sinks = deeper > settings().least_motion * start.thickness && !slides_on(start, body, step);
   // A shallow exit may change its direction by rounding alone.
   const bool through = start.depth > margin && leaves(start, body, deeper > margin, step);
   if (!sinks && !through) return;

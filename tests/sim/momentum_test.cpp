@@ -89,18 +89,18 @@ struct SlidingBlock {
   double young_modulus;
   double angle;  ///< of the block about the vertical axis
   double time_step;
+  double speed = 0.15;  ///< m/s
 };
 
 /// Its speed after 0.6 s, relative to that at the start.
 double speed_kept(const SlidingBlock& block, int floor_cells, double friction = 0.0) {
-  constexpr double speed = 0.15;
   Model model;
   TetMesh mesh = test::box_mesh(block.cells, {-0.03, -0.025, 0}, {0.03, 0.025, 0.03});
   for (Vec3& p : mesh.points) p = test::rotated(p, {0, 0, 1}, block.angle);
   const auto points = static_cast<Index>(mesh.points.size());
   model.bodies.add("block", std::move(mesh));
-  model.bodies.add("floor", test::box_mesh({3 * floor_cells, floor_cells, 1}, {-0.1013, -0.0693, -0.03},
-                                           {0.2987, 0.0707, 0}));
+  model.bodies.add("floor", test::box_mesh({4 * floor_cells, floor_cells, 1}, {-0.1013, -0.0693, -0.03},
+                                           {0.4587, 0.0707, 0}));
   model.materials.assign(
       2, {.young_modulus = block.young_modulus, .density = density, .stiffness_damping = 0.01});
   model.obstacles = {0, 1};
@@ -111,10 +111,10 @@ double speed_kept(const SlidingBlock& block, int floor_cells, double friction = 
   while (simulation.metrics().time < 0.1) simulation.step();
   std::vector<Index> all(static_cast<std::size_t>(points));
   std::iota(all.begin(), all.end(), 0);
-  simulation.set_velocities(all, std::vector<Vec3>(all.size(), {speed, 0, 0}));
+  simulation.set_velocities(all, std::vector<Vec3>(all.size(), {block.speed, 0, 0}));
   while (simulation.metrics().time < 0.7) simulation.step();
   EXPECT_EQ(simulation.metrics().stopped_passes, 0);
-  return test::mean_of_body(simulation.bodies(), 0, simulation.velocities()).x / speed;
+  return test::mean_of_body(simulation.bodies(), 0, simulation.velocities()).x / block.speed;
 }
 
 /// Points of the floor beside the edge of the block had normals between those of its two faces: of 243 random
@@ -129,6 +129,17 @@ TEST(Momentum, OfBlocksThatSlideOnFineFloorsStays) {
     for (const int floor_cells : {1, 5, 14}) {
       EXPECT_NEAR(speed_kept(block, floor_cells), 1.0, 0.01)
           << block.cells[0] << " cells, " << block.time_step << " s, floor " << floor_cells;
+    }
+  }
+}
+
+/// In long steps, points of the floor ahead entered the blocks through their fronts, since blocks lie a
+/// little below the floor, and continuous detection stopped them: 20 of 165 random blocks lost more than 5 %.
+TEST(Momentum, OfBlocksThatSlideInLongStepsStays) {
+  for (const double speed : {0.25, 0.3, 0.37, 0.43, 0.5, 0.55}) {
+    for (const double angle : {0.0, 0.2, 0.7, 1.1}) {
+      EXPECT_NEAR(speed_kept({{5, 4, 3}, 1e6, angle, 0.02, speed}, 13), 1.0, 0.01)
+          << speed << " m/s, " << angle << " rad";
     }
   }
 }

@@ -2,6 +2,7 @@
 #include <filesystem>
 #include <gtest/gtest.h>
 #include <optional>
+#include <string>
 
 #include <palpate/error.hpp>
 
@@ -9,6 +10,7 @@
 #include "scene/scene.hpp"
 #include "sim/shots.hpp"
 #include "sim/unseen_passes.hpp"
+#include "support/mean.hpp"
 
 namespace palpate {
 namespace {
@@ -48,6 +50,31 @@ TEST(Swept, ASheetAtThreeThicknessesAStepStopsAtAPlate) {
     ASSERT_GT(lowest(on, 1), 0.001 - 0.1 * 0.002) << "step " << m.step;
   }
   EXPECT_GT(stopped, 0);
+}
+
+// All layers fall by their thickness in a step. The obstacle stops the first one, on which the second one
+// must be stopped then, and so on. Once the limit of stops ended this: two lay in one place, at rest.
+TEST(Swept, LayersThatFallByTheirThicknessInAStepStayApart) {
+  constexpr double thick = 0.001;
+  constexpr int layers = 4;
+  std::string text = R"({"time_step": 0.01, "duration": 0.3, "bodies": [
+  {"name": "floor", "box": {"cells": [5, 5, 1], "size": [0.15, 0.15, 0.02]}, "translate": [0, 0, -0.01], "obstacle": true})";
+  for (int i = 0; i < layers; ++i) {
+    const std::string z = std::to_string(thick * (1.005 * i + 0.5));
+    text +=
+        R"(, {"name": "layer)" + std::to_string(i) +
+        R"(", "box": {"cells": [6, 6, 1], "size": [0.06, 0.06, 0.001]}, "material": {"young_modulus": 3e4},
+      "translate": [)" +
+        std::to_string(0.003 * (i % 2)) + ", " + std::to_string(0.002 * (i % 3)) + ", " + z + "]}";
+  }
+  Simulation simulation = simulate(read_scene_text(text + "]}", "layers"), ContinuousDetection::limited);
+  while (simulation.metrics().time < 0.3 - 1e-9) {
+    EXPECT_EQ(simulation.step().passes, 0) << "step " << simulation.metrics().step;
+  }
+  for (Index i = 0; i < layers; ++i) {
+    const double z = test::mean_of_body(simulation.bodies(), 1 + i, simulation.positions()).z;
+    EXPECT_NEAR(z / thick, i + 0.5, 0.1) << "layer " << i;
+  }
 }
 
 // A step in which something passes is made with implicit Euler, the others with BDF2.
