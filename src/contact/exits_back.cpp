@@ -51,14 +51,9 @@ bool ExitsBack::point_leads(Index point, Index body, const Vec3& back, double de
 
 bool ExitsBack::edge_leads(Index edge, Index body, const Vec3& back, double deepest) const {
   const EdgeContacts& edges = end_->edges();
-  const auto [first, last] = std::ranges::equal_range(edges.edge, edge);
-  const auto begin = static_cast<std::size_t>(first - edges.edge.begin());
-  const auto end = static_cast<std::size_t>(last - edges.edge.begin());
-  for (std::size_t row = begin; row < end; ++row) {
-    if (edges.body[row] == body && dot(edges.direction[row], back) > 0.0 && edges.depth[row] <= deepest)
-      return true;
-  }
-  return false;
+  return std::ranges::any_of(rows_of_edge(edges, edge), [&](std::size_t row) {
+    return edges.body[row] == body && dot(edges.direction[row], back) > 0.0 && edges.depth[row] <= deepest;
+  });
 }
 
 bool ExitsBack::has_exit(const SweptContact& contact, const EndBehind& end) const {

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
+#include <ranges>
 #include <span>
 #include <vector>
 
@@ -15,6 +18,13 @@ namespace palpate {
 /// points and for edges.
 inline constexpr double deepest_point = 0.1;
 inline constexpr double deepest_edge = 0.02;
+
+/// The rows of the contacts of an edge, with all bodies. O(log(edge contacts)).
+inline auto rows_of_edge(const EdgeContacts& edges, Index edge) {
+  const auto [first, last] = std::ranges::equal_range(edges.edge, edge);
+  return std::views::iota(static_cast<std::size_t>(first - edges.edge.begin()),
+                          static_cast<std::size_t>(last - edges.edge.begin()));
+}
 
 /// How far a pair ends behind the surface that it touched within a step.
 struct EndBehind {

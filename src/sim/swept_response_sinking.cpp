@@ -128,11 +128,10 @@ bool SweptResponse::edge_turns(const Start& start, Index body, const PredictedSt
   const EdgeContacts& edges = step.contacts.edges();
   const Vec3 direction =
       carried(start.direction, edges_and_normal(step.start, points), edges_and_normal(step.end, points));
-  const auto [first, last] = std::ranges::equal_range(edges.edge, start.key.first);
   bool turns = false;
-  for (auto row = first - edges.edge.begin(); row < last - edges.edge.begin(); ++row) {
-    if (at(edges.body, row) != body) continue;
-    if (!(dot(at(edges.direction, row), direction) < other_side)) return false;
+  for (const std::size_t row : rows_of_edge(edges, start.key.first)) {
+    if (edges.body[row] != body) continue;
+    if (!(dot(edges.direction[row], direction) < other_side)) return false;
     turns = true;
   }
   return turns;
@@ -158,11 +157,10 @@ bool SweptResponse::slides_on(const Start& start, Index body, const PredictedSte
     return row >= 0 && at(step.contacts.contacts().depth, row) <= deepest && !point_turns(start, row, step);
   }
   const EdgeContacts& edges = step.contacts.edges();
-  const auto [first, last] = std::ranges::equal_range(edges.edge, start.key.first);
   bool found = false;
-  for (auto row = first - edges.edge.begin(); row < last - edges.edge.begin(); ++row) {
-    if (at(edges.body, row) != body) continue;
-    if (at(edges.depth, row) > deepest) return false;
+  for (const std::size_t row : rows_of_edge(edges, start.key.first)) {
+    if (edges.body[row] != body) continue;
+    if (edges.depth[row] > deepest) return false;
     found = true;
   }
   return found && !edge_turns(start, body, step);
