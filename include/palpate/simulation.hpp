@@ -236,6 +236,7 @@ class Simulation {
   void restore(std::span<const std::byte> saved);
 
  private:
+  friend class SimulationPath;
   struct State;
   std::unique_ptr<State> state_;
 };

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <limits>
 #include <vector>
 
 #include <palpate/detection.hpp>
@@ -32,6 +33,13 @@ struct LocalThickness {
   /// Minimum of the corners of a tet, m. O(1).
   [[nodiscard]] double of_tet(const Tet& tet) const {
     return std::min({at(of_point, tet[0]), at(of_point, tet[1]), at(of_point, tet[2]), at(of_point, tet[3])});
+  }
+  /// Minimum of the triangles of a surface edge, m. O(1).
+  [[nodiscard]] double of_edge(const Bodies& bodies, Index edge) const {
+    double least = std::numeric_limits<double>::infinity();
+    for (const Index triangle : at(bodies.edge_triangles(), edge))
+      if (triangle >= 0) least = std::min(least, at(of_triangle, triangle));
+    return least;
   }
   /// Where a contact of a point or of an edge is, m. O(1).
   [[nodiscard]] double of_contact(const Bodies& bodies, const Contacts& contacts, std::size_t c) const {

@@ -157,6 +157,8 @@ struct Simulation::State {
   StepForces step_forces;
   bool records_reactions = false;
   std::vector<Vec3> reactions;  ///< (n_points) of the last step, N; or empty
+  bool records_path = false;
+  std::vector<std::vector<Vec3>> path;  ///< see SimulationPath
   double max_speed;
   std::vector<std::pair<Index, Index>> touching;  ///< scratch of deepest()
   std::vector<Vec3> contact_forces;

@@ -3,6 +3,7 @@
 #include <palpate/error.hpp>
 
 #include "contact/detector_steps.hpp"
+#include "sim/simulation_path.hpp"
 #include "sim/simulation_state.hpp"
 #include "stopwatch.hpp"
 
@@ -58,6 +59,7 @@ void Simulation::State::finish_substep() {
   const std::span<const Vec3> lacking = dynamics.frame_reactions();
   for (std::size_t p = 0; records_reactions && p < lacking.size(); ++p)
     reactions[p] += fem::along(dynamics.held_axes()[p], lacking[p]);
+  if (records_path) path.emplace_back(dynamics.positions().begin(), dynamics.positions().end());
   last_length = substep.length;
   metrics.solver_seconds += watch.lap();
 }
@@ -140,6 +142,7 @@ void Simulation::State::advance() {
   const Substep whole{.end = static_cast<double>(metrics.step + 1) * settings.time_step,
                       .length = settings.time_step};
   substep = whole;
+  path.clear();
   reset_counts();
   set_end();
   if (solve_second_order(last)) {
@@ -155,6 +158,7 @@ void Simulation::State::advance() {
     metrics = sum;
   } catch (const Error&) {
     copy_state(start);
+    path.clear();
     set_metrics(last);
     substep = whole;
     reset_counts();
@@ -165,6 +169,13 @@ void Simulation::State::advance() {
     copy_state(start);
     throw;
   }
+}
+
+void SimulationPath::record(Simulation& simulation) {
+  simulation.state_->records_path = true;
+}
+std::span<const std::vector<Vec3>> SimulationPath::of_last_step(const Simulation& simulation) {
+  return simulation.state_->path;
 }
 
 }  // namespace palpate

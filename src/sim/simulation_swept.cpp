@@ -48,10 +48,10 @@ bool Simulation::State::stops_fail() const {
   return progress.failed_searches >= most_searches && progress.stopped_passes > many;
 }
 
-/// The largest speed of a point that stops may cause, m/s. They take energy, but what they hit may be lighter
-/// than what hits it. A solution that is faster comes from stops that contradict each other.
+/// The largest speed of a point that stops may cause, m/s. What is hit by a heavier body is at most twice as
+/// fast. A solution that is faster comes from stops that contradict each other, or push out what is deep.
 double Simulation::State::most_speed_of_stops() const {
-  constexpr double times = 4.0;
+  constexpr double times = 2.0;
   const auto fastest = [](std::span<const Vec3> velocities) {
     double most = 0.0;
     for (const Vec3& v : velocities) most = std::max(most, scaled_length(v));

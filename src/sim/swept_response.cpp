@@ -17,6 +17,9 @@ constexpr double most_separated = 0.25;
 /// Length of the displacement that separates them, relative to the depth: the direction may be oblique to the
 /// surface.
 constexpr double depths_apart = 1.5;
+/// Relative motion in a step, over the smaller local thickness, up to which a pair is left out: deep contacts
+/// at rest would be stopped for moving a little.
+constexpr double least_motion_of_pair = 0.1;
 /// Upper bound of the first stiffness, relative to that of other contacts.
 constexpr double most_first_stiffness = 100.0;
 /// How often a pair is stopped in a step at most. Each stop is ten times as stiff as the one before; more
@@ -49,7 +52,7 @@ std::span<const StopOfPassing> SweptResponse::find(const parallel::Threads& thre
   if (query_.may_pass(threads, step.start, step.end, filter, settings())) {
     const std::span<const Vec3> from = start_.separated(step.start);
     end_.clear();
-    list_shifts(step.contacts, deepest_point, end_);
+    list_shifts(step.contacts, {.deepest = deepest_point, .of_thinner = true}, end_);
     const std::span<const Vec3> to = end_.separated(step.end);
     const PredictedStep path{from, step.end, step.velocities, step.time_step, step.contacts, step.complete};
     exits_.set_end(step.contacts);
@@ -105,12 +108,8 @@ fem::Coupling SweptResponse::coupling_of(const SweptContact& contact) const {
 double SweptResponse::thickness(const SweptContact& contact) const {
   const std::vector<double>& of_triangle = query_.thickness().of_triangle;
   if (contact.kind == SweptKind::point_triangle) return at(of_triangle, contact.second);
-  double least = std::numeric_limits<double>::infinity();
-  for (const Index edge : {contact.first, contact.second}) {
-    for (const Index triangle : at(bodies_.edge_triangles(), edge))
-      if (triangle >= 0) least = std::min(least, at(of_triangle, triangle));
-  }
-  return least;
+  return std::min(query_.thickness().of_edge(bodies_, contact.first),
+                  query_.thickness().of_edge(bodies_, contact.second));
 }
 
 /// \param step   whose paths begin where bodies do not overlap
@@ -119,6 +118,11 @@ void SweptResponse::add(const SweptContact& contact, const PredictedStep& step, 
                         const ContactResponse& response) {
   const fem::Coupling coupling = coupling_of(contact);
   const double thick = thickness(contact);
+  // A thin part of a cluster must not make the others fast.
+  const bool of_point = contact.kind == SweptKind::point_triangle;
+  const double thinner = of_point ? std::min(thick, at(query_.thickness().of_point, contact.first)) : thick;
+  const Vec3 motion = fem::relative(coupling, step.end) - fem::relative(coupling, start);
+  if (length(motion) <= least_motion_of_pair * thinner) return;
   const double margin = margin_of_thickness * thick;
   const Vec3 relative = fem::relative(coupling, step.end);
   // What has gone through a body that rotates may be before the plane of entry again.
@@ -141,7 +145,7 @@ void SweptResponse::begin_step(std::span<const Vec3> positions, const ContactTab
   start_ends_.clear();
   make_room(start_ends_, 2 * contacts.edges().size() + contacts.size() / 4);
   list_ends(positions, contacts.edges());
-  list_shifts(contacts, most_separated, start_);
+  list_shifts(contacts, {.deepest = most_separated, .of_thinner = false}, start_);
   exits_.begin_step(contacts);
 }
 
@@ -149,22 +153,24 @@ void SweptResponse::begin_step(std::span<const Vec3> positions, const ContactTab
 /// what touches after the start: a point that leaves a body and enters again through the same triangle would
 /// be found when it leaves, and edges of bodies that overlap already have no outside to come from. And what
 /// a body only slides over, a little deep, would be entered through its side.
-/// \param deepest  of a contact with a shift, relative to the local thickness
-void SweptResponse::list_shifts(const ContactTable& contacts, double deepest, Separation& list) const {
+void SweptResponse::list_shifts(const ContactTable& contacts, const Shallow& shallow,
+                                Separation& list) const {
   const Contacts& points = contacts.contacts();
   const EdgeContacts& edges = contacts.edges();
   make_room(list.shifts, points.size() + 2 * edges.size());
   const LocalThickness& thickness = query_.thickness();
-  const auto shift_of = [&](double depth, const Vec3& direction, double thick) {
-    if (depth > deepest * thick) return Vec3{};
+  const auto shift_of = [&](double depth, const Vec3& direction, double thick, double own) {
+    if (depth > shallow.deepest * (shallow.of_thinner ? std::min(thick, own) : thick)) return Vec3{};
     return (depths_apart * depth + margin_of_thickness * thick) * direction;
   };
   for (std::size_t c = 0; c < points.size(); ++c) {
-    const Vec3 by = shift_of(points.depth[c], points.direction[c], thickness.of_contact(bodies_, points, c));
+    const Vec3 by = shift_of(points.depth[c], points.direction[c], thickness.of_contact(bodies_, points, c),
+                             at(thickness.of_point, points.point[c]));
     if (by != Vec3{}) list.shifts.push_back({points.point[c], by});
   }
   for (std::size_t c = 0; c < edges.size(); ++c) {
-    const Vec3 by = shift_of(edges.depth[c], edges.direction[c], thickness.of_contact(edges, c));
+    const Vec3 by = shift_of(edges.depth[c], edges.direction[c], thickness.of_contact(edges, c),
+                             thickness.of_edge(bodies_, edges.edge[c]));
     if (by == Vec3{}) continue;
     for (const Index point : at(bodies_.edges(), edges.edge[c])) list.shifts.push_back({point, by});
   }

@@ -138,7 +138,12 @@ class SweptResponse {
   void add(const Key& key, const Passing& passing, const PredictedStep& step,
            const ContactResponse& response);
   void list_ends(std::span<const Vec3> positions, const EdgeContacts& contacts);
-  void list_shifts(const ContactTable& contacts, double deepest, Separation& list) const;
+  /// Which contacts have a shift.
+  struct Shallow {
+    double deepest;   ///< of a contact, relative to the local thickness of the penetrated body
+    bool of_thinner;  ///< and to that of the point or edge, so that no shift is larger than its body
+  };
+  void list_shifts(const ContactTable& contacts, const Shallow& shallow, Separation& list) const;
   [[nodiscard]] bool is_soft(Index point, Index body) const;
   [[nodiscard]] double overlap_before(const SweptContact& contact, const fem::Coupling& coupling,
                                       std::span<const Vec3> start) const;

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <gtest/gtest.h>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <palpate/error.hpp>
@@ -14,6 +15,7 @@
 #include "geometry/box.hpp"
 #include "geometry/predicates.hpp"
 #include "geometry/vector.hpp"
+#include "sim/simulation_path.hpp"
 #include "support/meshes.hpp"
 #include "support/random.hpp"
 
@@ -237,6 +239,7 @@ struct ShotResult {
   bool went_through = false;
   bool creeps =
       false;  ///< it went through in steps too slow for the swept search: edge contacts must stop it
+  bool turned = false;           ///< it went through where a body was turned inside out: see is_turned()
   bool leaves_its_body = false;  ///< a core crossed another outside of one of the bodies: not a pass
   bool blew_up = false;          ///< faster than five times the speed of the shot: not caused by a hit
   int through_step = 0;
@@ -245,10 +248,54 @@ struct ShotResult {
   int most_solves = 0;
 };
 
+/// Whether a body has a negative volume: its tissue is crushed, what is inside of it is not defined, and
+/// metrics count inverted tets.
+inline bool is_turned(const Bodies& bodies, const Body& body, std::span<const Vec3> positions) {
+  double sum = 0.0;
+  for (Index t = body.tets.begin; t < body.tets.end; ++t) {
+    const Tet& tet = at(bodies.tets(), t);
+    const Vec3& a = at(positions, tet[0]);
+    sum += dot(cross(at(positions, tet[1]) - a, at(positions, tet[2]) - a), at(positions, tet[3]) - a);
+  }
+  return sum < 0.0;
+}
+
+/// Whether two cores cross on a straight path, in places that both bodies enclose, and whether in others.
+inline std::pair<bool, bool> cross_on_path(std::array<Core, 2>& cores, const Bodies& bodies,
+                                           std::span<const Vec3> start, std::span<const Vec3> end,
+                                           double thin) {
+  std::pair<bool, bool> result{false, false};
+  double motion = 0.0;
+  std::array<Box, 2> boxes;
+  for (std::size_t p = 0; p < start.size(); ++p) {
+    motion = std::max(motion, length(end[p] - start[p]));
+    Box& box = at(boxes, bodies.body_of_point()[p]);
+    box.extend(start[p]);
+    box.extend(end[p]);
+  }
+  if (!boxes[0].overlaps(boxes[1])) return result;
+  const int checks = std::min(static_cast<int>(2.0 * motion / (0.1 * thin)) + 1, 1500);
+  for (int i = 1; i <= checks && !result.first; ++i) {
+    const double time = static_cast<double>(i) / checks;
+    for (Core& core : cores) core.put(start, end, time);
+    if (!cores[0].box().overlaps(cores[1].box())) continue;
+    for (const Vec3& place : cores[0].crossings(cores[1])) {
+      const auto enclosed = [&](Index body) {
+        const double d = 0.05 * thin;
+        return std::ranges::all_of(
+            std::array<Vec3, 6>{{{d, 0, 0}, {-d, 0, 0}, {0, d, 0}, {0, -d, 0}, {0, 0, d}, {0, 0, -d}}},
+            [&](const Vec3& by) { return encloses(bodies, body, start, end, time, place + by); });
+      };
+      (enclosed(0) && enclosed(1) ? result.first : result.second) = true;
+    }
+  }
+  return result;
+}
+
 /// Whether the cores of the bodies ever cross at a place that both bodies enclose, also if it is displaced by
 /// 5 % of a thickness. (In a body that is crushed or folded sharply, parts of the core lie at the surface or
-/// outside of it.) A step is sampled so often that relative motion between two samples is at most a tenth of
-/// a thickness.
+/// outside of it.) A substep is a straight path; it is sampled so often that relative motion between two
+/// samples is at most a tenth of a thickness.
 inline ShotResult shoot(const Shot& shot, ContinuousDetection continuous) {
   SimulationSettings settings;
   settings.time_step = shot.time_step;
@@ -262,6 +309,7 @@ inline ShotResult shoot(const Shot& shot, ContinuousDetection continuous) {
   const double thin = std::min(shot.bodies[0].thickness, shot.bodies[1].thickness);
   std::vector<Vec3> start;
   const double speed = simulation.metrics().largest_speed;
+  SimulationPath::record(simulation);
   for (int step = 0; step < shot.steps && !result.went_through; ++step) {
     start.assign(simulation.positions().begin(), simulation.positions().end());
     const StepMetrics& m = simulation.step();
@@ -270,35 +318,18 @@ inline ShotResult shoot(const Shot& shot, ContinuousDetection continuous) {
     result.stopped += m.stopped_passes;
     result.passes += m.passes;
     result.most_solves = std::max(result.most_solves, m.solves);
-    double motion = 0.0;
-    std::array<Box, 2> boxes;
-    for (std::size_t p = 0; p < start.size(); ++p) {
-      motion = std::max(motion, length(simulation.positions()[p] - start[p]));
-      Box& box = at(boxes, bodies.body_of_point()[p]);
-      box.extend(start[p]);
-      box.extend(simulation.positions()[p]);
+    for (const std::vector<Vec3>& end : SimulationPath::of_last_step(simulation)) {
+      const auto [crosses, outside] = cross_on_path(cores, bodies, start, end, thin);
+      result.leaves_its_body = result.leaves_its_body || outside;
+      result.went_through = crosses;
+      result.turned = crosses && m.inverted_tets > 0 &&
+                      std::ranges::any_of(bodies.bodies(),
+                                          [&](const Body& body) { return is_turned(bodies, body, end); });
+      if (crosses) break;
+      start = end;
     }
-    if (!boxes[0].overlaps(boxes[1])) continue;
-    const int checks = std::min(static_cast<int>(2.0 * motion / (0.1 * thin)) + 1, 1500);
-    for (int i = 1; i <= checks && !result.went_through; ++i) {
-      for (Core& core : cores) core.put(start, simulation.positions(), static_cast<double>(i) / checks);
-      if (!cores[0].box().overlaps(cores[1].box())) continue;
-      for (const Vec3& place : cores[0].crossings(cores[1])) {
-        const auto enclosed = [&](Index body) {
-          const double d = 0.05 * thin;
-          for (const Vec3& by : {Vec3{d, 0, 0}, Vec3{-d, 0, 0}, Vec3{0, d, 0}, Vec3{0, -d, 0}, Vec3{0, 0, d},
-                                 Vec3{0, 0, -d}}) {
-            if (!encloses(bodies, body, start, simulation.positions(), static_cast<double>(i) / checks,
-                          place + by))
-              return false;
-          }
-          return true;
-        };
-        (enclosed(0) && enclosed(1) ? result.went_through : result.leaves_its_body) = true;
-      }
-      result.creeps = result.went_through && m.pairs_that_could_pass == 0;
-      result.through_step = step + 1;
-    }
+    result.creeps = result.went_through && m.pairs_that_could_pass == 0;
+    result.through_step = step + 1;
   }
   return result;
 }
@@ -306,7 +337,8 @@ inline ShotResult shoot(const Shot& shot, ContinuousDetection continuous) {
 /// Numbers of outcomes of shots.
 struct Shots {
   int through = 0;
-  int unseen = 0;  ///< of those that went through, without a pass that was counted
+  int turned = 0;  ///< went through, but turned inside out
+  int unseen = 0;  ///< of those that went through and are not turned, without a pass that was counted
   int creeps = 0;
   int blown_up = 0;
 };
@@ -319,8 +351,11 @@ inline Shots shoot_all(std::uint64_t first, int count, ContinuousDetection conti
     const Shot shot = shot_of(seed);
     try {
       const ShotResult result = shoot(shot, continuous);
-      const bool through = result.went_through && !result.creeps;
-      if (through) std::printf("through in step %d: %s\n", result.through_step, shot.name.c_str());
+      const bool through = result.went_through && !result.creeps && !result.turned;
+      shots.turned += result.turned ? 1 : 0;
+      if (result.turned) std::printf("turned inside out, and ");
+      if (through || result.turned)
+        std::printf("through in step %d: %s\n", result.through_step, shot.name.c_str());
       shots.through += through ? 1 : 0;
       shots.unseen += through && result.passes == 0 ? 1 : 0;
       shots.creeps += result.creeps ? 1 : 0;
@@ -332,9 +367,10 @@ inline Shots shoot_all(std::uint64_t first, int count, ContinuousDetection conti
     }
   }
   std::printf(
-      "%d shots: %d went through (%d without a pass that was counted), %d crept through below the filter, %d "
-      "blew up\n",
-      count, shots.through, shots.unseen, shots.creeps, shots.blown_up);
+      "%d shots: %d went through (%d without a pass that was counted), %d turned inside out and went "
+      "through, "
+      "%d crept through below the filter, %d blew up\n",
+      count, shots.through, shots.unseen, shots.turned, shots.creeps, shots.blown_up);
   return shots;
 }
 
