@@ -25,7 +25,7 @@ void Elements::add_tension(std::size_t element, const double* forces,
   const Matrix3 stress = times_transposed(to_corners, forces_by_axis);  // transposed; without the factor
   const double scale = std::sqrt(factor_[element] * stiffness_[element]) / volume_[element];
   const std::size_t before = tense.size();
-  tense_.add_if_tense(element, -scale * symmetric_part(stress), tense);
+  tense_.add_if_tense(element, -scale * symmetric_part(stress), energy_[element] / volume_[element], tense);
   if (tense.size() == before || !has_tangent_blocks(element)) return;
   add_tension_blocks(element, tense.back().q);
   tense.pop_back();

@@ -12,7 +12,10 @@ namespace palpate::fem {
 namespace {
 
 /// Tension at which geometric stiffness begins, over d sqrt(E rho) / h; see the class.
-constexpr double onset_of_tension = 3.4;
+constexpr double onset_of_tension = 1.0;
+
+/// Energy per volume over mu from which on an element is torn; twice as much has no geometric stiffness.
+constexpr double torn_energy = 1.5;
 
 /// Number of edges between each point and the nearest surface point; -1 for points without tets. `order`:
 /// points of tets, from the surface inwards.
@@ -90,14 +93,16 @@ void TenseElements::set_time_step(double time_step) {
   }
 }
 
-void TenseElements::add_if_tense(std::size_t element, const SymmetricMatrix3& stress,
+void TenseElements::add_if_tense(std::size_t element, const SymmetricMatrix3& stress, double energy,
                                  std::vector<Tense>& tense) const {
   const double trace = stress.xx + stress.yy + stress.zz;
   const SymmetricEigen pairs =
       symmetric_eigen(SymmetricMatrix3{trace, trace, trace, 0.0, 0.0, 0.0} + -1.0 * stress);
   const double excess = pairs.values.x * time_step_ / scale_[element] - 1.0;
   if (!(excess > 0.0)) return;
-  const double onset = std::min(1.0, excess);
+  const double torn = energy / (torn_energy * mu_[element]);
+  const double onset = std::min(1.0, excess) * std::clamp(2.0 - torn, 0.0, 1.0);
+  if (onset == 0.0) return;
   tense.push_back({static_cast<Index>(element), onset / (4.0 * mu_[element]) * positive_part(pairs)});
 }
 

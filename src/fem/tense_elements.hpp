@@ -23,16 +23,18 @@ std::vector<double> tissue_thickness(const Bodies& bodies);
 /// of the derivative is the geometric stiffness: an element under tension resists its rotation. Without it, a
 /// step takes the force across a stretched strap from its start. A vibration of wave number k, which K' damps
 /// only by bending, then gains energy if
-///   h^2 s k^2 / rho > 4 (1 + h^2 E d^2 k^4 / (12 rho)),
-/// with the tension s and the thickness d (von Neumann's condition; bending of a plate). There is such a k
-/// if s h > 2.3 d sqrt(E rho). The thickness is measured by least heights of tets, which are about 0.6 to
-/// 0.7 of a layer. So from s h = 3.4 d sqrt(E rho) on, with the largest sum s of two principal stresses,
-/// elements get a part of their geometric stiffness, and all of it from twice as much on:
+///   h^2 s k^2 / rho > 4 + h^2 E d^2 k^4 / (12 rho),
+/// with the tension s and the thickness d (von Neumann's condition; bending of a plate). There is such a k if
+/// s h > 1.155 d sqrt(E rho). The thickness is measured by least heights of tets, which are 0.6 to 1 of a
+/// layer. So from s h = d sqrt(E rho) on, with the largest sum s of two principal stresses, elements get
+/// a part of their geometric stiffness, and all of it from twice as much on; what is left out stays below the
+/// bound:
 ///   G_ij = V/2 [R g_i]_x^T M [R g_j]_x,  M = (tr(S) I - S) / 2 without negative eigenvalues,
 /// with the stress S = P R^T. The exact M has the pairs (S_a + S_b) / (s_a + s_b) of principal stresses and
 /// stretches (the derivative of R, as by Barbic, "Exact corotational linear FEM stiffness matrix", 2012);
 /// here the stretches are 1. All other elements have K' alone: it never acts against a rotation, and costs
-/// less.
+/// less. So have elements that are torn to more than twice their length (strains above 1 to 1.7, by their
+/// energy): with it, bodies came back from inverted states more slowly.
 class TenseElements {
  public:
   /// An element with geometric stiffness. Its blocks, with the factor of the element, are [a_i]_x^T Q [a_j]_x
@@ -51,7 +53,9 @@ class TenseElements {
     return energy > least_energy_[element];
   }
   /// Appends an element with this stress if it is tense.
-  void add_if_tense(std::size_t element, const SymmetricMatrix3& stress, std::vector<Tense>& tense) const;
+  /// \param energy  per volume, Pa
+  void add_if_tense(std::size_t element, const SymmetricMatrix3& stress, double energy,
+                    std::vector<Tense>& tense) const;
   /// The tense elements, from lists of chunks.
   void take(const parallel::Threads& threads, parallel::ChunkedList<Tense>& lists);
 
@@ -63,7 +67,7 @@ class TenseElements {
   [[nodiscard]] const Tense* find(Index element) const;
 
  private:
-  std::vector<double> scale_;         ///< (n_elements) 3.4 d sqrt(E rho)
+  std::vector<double> scale_;         ///< (n_elements) d sqrt(E rho)
   std::vector<double> stiffness_;     ///< (n_elements) 2 mu + 3 lambda times 8 / volume
   std::vector<double> mu_;            ///< (n_elements)
   std::vector<double> least_energy_;  ///< (n_elements) energy below which no element is tense

@@ -71,7 +71,7 @@ TEST(TenseElements, UnderPressureThereAreNone) {
   EXPECT_TRUE(bar.elements.tense().all().empty());
 }
 
-/// Tension counts from 3.4 times the thickness times sqrt(E rho) over the time step on.
+/// Tension counts from the thickness times sqrt(E rho) over the time step on.
 TEST(TenseElements, AreThoseWhoseTensionMattersInTheStep) {
   constexpr double strain = 0.02;
   const Bodies bodies = single_body(box_mesh({6, 3, 1}, {0.06, 0.03, 0.01}));
@@ -81,11 +81,11 @@ TEST(TenseElements, AreThoseWhoseTensionMattersInTheStep) {
                     std::vector<std::uint8_t>{0});
   std::vector<Vec3> positions(bodies.points_rest().begin(), bodies.points_rest().end());
   for (Vec3& p : positions) p.x *= 1.0 + strain;
-  for (const double time_step : {0.002, 0.03, 0.06, 0.1, 0.2}) {
+  for (const double time_step : {0.0005, 0.01, 0.02, 0.03, 0.06, 0.2}) {
     elements.set_time_step(time_step);
     elements.update(one_thread, positions);
     std::size_t expected = 0;
-    for (const double d : thickness) expected += strain * young_modulus * time_step > 3.4 * d * wave ? 1 : 0;
+    for (const double d : thickness) expected += strain * young_modulus * time_step > d * wave ? 1 : 0;
     EXPECT_EQ(elements.tense().all().size(), expected) << time_step;
   }
   EXPECT_EQ(elements.tense().all().size(), static_cast<std::size_t>(elements.size()));
