@@ -15,7 +15,7 @@ namespace {
 constexpr double onset_of_tension = 1.0;
 
 /// Energy per volume over mu from which on an element is torn; twice as much has no geometric stiffness.
-constexpr double torn_energy = 1.5;
+constexpr double torn_energy = 4.0;
 
 /// Number of edges between each point and the nearest surface point; -1 for points without tets. `order`:
 /// points of tets, from the surface inwards.

@@ -33,8 +33,8 @@ std::vector<double> tissue_thickness(const Bodies& bodies);
 /// with the stress S = P R^T. The exact M has the pairs (S_a + S_b) / (s_a + s_b) of principal stresses and
 /// stretches (the derivative of R, as by Barbic, "Exact corotational linear FEM stiffness matrix", 2012);
 /// here the stretches are 1. All other elements have K' alone: it never acts against a rotation, and costs
-/// less. So have elements that are torn to more than twice their length (strains above 1 to 1.7, by their
-/// energy): with it, bodies came back from inverted states more slowly.
+/// less. So have elements that are torn to about three times their length or more, by their energy: with it,
+/// bodies came back from inverted states more slowly.
 class TenseElements {
  public:
   /// An element with geometric stiffness. Its blocks, with the factor of the element, are [a_i]_x^T Q [a_j]_x
