@@ -10,7 +10,6 @@ namespace palpate {
 namespace {
 
 constexpr std::size_t normal_grain = 512;
-constexpr double smooth_cosine = 0.5;  // 60 degrees
 
 std::size_t corner_of(const Triangle& triangle, Index point) {
   return static_cast<std::size_t>(std::find(triangle.begin(), triangle.end(), point) - triangle.begin());
@@ -41,70 +40,66 @@ struct SurfaceNormals::Fan {
   Index body;
   Index length;  ///< number of triangles
   Index number;  ///< by point, then by the first triangle
-  Index begin;   ///< place of its triangles in a list
+  Index group;
+  Index begin;  ///< place of its triangles in a list
 };
 
 SurfaceNormals::SurfaceNormals(const Bodies& bodies) {
-  find_fans(bodies, find_creases(bodies));
-}
-
-SurfaceNormals::Across SurfaceNormals::find_creases(const Bodies& bodies) {
+  const SurfaceJoints joints(bodies);
   const std::span<const Triangle> triangles = bodies.triangles();
-  for (const Triangle& t : triangles) triangles_.push_back({t, {-1, -1, -1}});
-  Across across(bodies.triangle_neighbors().begin(), bodies.triangle_neighbors().end());
-  std::vector<std::uint8_t> on_crease(bodies.points_rest().size(), 0);
-  std::vector<Vec3> normals(triangles.size());
-  std::ranges::transform(triangles, normals.begin(),
-                         [&](const Triangle& t) { return normalized(area_vector(bodies.points_rest(), t)); });
-  for (std::size_t t = 0; t < triangles.size(); ++t) {
-    for (std::size_t i = 0; i < 3; ++i) {
-      Index& other = across[t][i];
-      if (other >= 0 && dot(normals[t], at(normals, other)) >= smooth_cosine) continue;
-      other = -1;
-      triangles_[t].creases |= 1U << i;
-      at(on_crease, triangles[t][(i + 1) % 3]) = at(on_crease, triangles[t][(i + 2) % 3]) = 1;
-    }
-  }
-  for (std::size_t t = 0; t < triangles.size(); ++t) {
-    for (std::size_t i = 0; i < 3; ++i) {
-      if (at(on_crease, triangles[t][i]) != 0) triangles_[t].creases |= 8U << i;
-    }
-  }
-  return across;
+  for (std::size_t t = 0; t < triangles.size(); ++t)
+    triangles_.push_back({triangles[t], {-1, -1, -1}, joints.creases(static_cast<Index>(t))});
+  find_fans(bodies, joints);
 }
 
 /// Finds the fans of all corners: from the triangle with the lowest number over its smooth edges, breadth
-/// first. Sums over a fan have this order.
-void SurfaceNormals::find_fans(const Bodies& bodies, const Across& across) {
+/// first. Sums over a fan have this order. Then their groups, in the same way.
+void SurfaceNormals::find_fans(const Bodies& bodies, const SurfaceJoints& joints) {
   const std::span<const Triangle> triangles = bodies.triangles();
   const Rows corners = corners_of_points(bodies);
   std::vector<Fan> fans;
   std::vector<Index> reached;  // of all fans, as in `corners`
+  std::vector<Index> connected;
+  std::vector<Index> groups(3 * triangles.size(), -1);  // of corners
   fans_of_point_.begin.assign(1, 0);
-  const auto mark = [&](Index corner) -> Index& {
+  const auto fan_of = [&](Index corner) -> Index& {
     return at(triangles_, corner / 3).fans[static_cast<std::size_t>(corner % 3)];
   };
-  const auto add = [&](Index corner) {
-    mark(corner) = static_cast<Index>(fans.size());
-    reached.push_back(corner);
+  // Marks a corner and those that are connected with it, and appends them to a list.
+  const auto mark_all = [&](Index seed, Index mark, std::vector<Index>& list, auto&& mark_of, auto&& over) {
+    const std::size_t begin = list.size();
+    const auto add = [&](Index corner) {
+      mark_of(corner) = mark;
+      list.push_back(corner);
+    };
+    add(seed);
+    const Index point = at(triangles, seed / 3)[static_cast<std::size_t>(seed % 3)];
+    for (std::size_t n = begin; n < list.size(); ++n) {
+      const Index triangle = list[n] / 3;
+      const auto corner = static_cast<std::size_t>(list[n] % 3);
+      for (const std::size_t side : {(corner + 1) % 3, (corner + 2) % 3}) {
+        const Index other = over(triangle, side, point);
+        if (other < 0) continue;
+        const Index found = 3 * other + static_cast<Index>(corner_of(at(triangles, other), point));
+        if (mark_of(found) < 0) add(found);
+      }
+    }
   };
   for (Index point = 0; point + 1 < static_cast<Index>(corners.begin.size()); ++point) {
     for (const Index seed : corners[point]) {
-      if (mark(seed) >= 0) continue;
+      if (fan_of(seed) >= 0) continue;
+      const auto number = static_cast<Index>(fans.size());
       const auto begin = static_cast<Index>(reached.size());
-      add(seed);
-      for (auto n = static_cast<std::size_t>(begin); n < reached.size(); ++n) {
-        const Index triangle = reached[n] / 3;
-        const auto corner = static_cast<std::size_t>(reached[n] % 3);
-        for (const std::size_t side : {(corner + 1) % 3, (corner + 2) % 3}) {
-          const Index other = at(across, triangle)[side];
-          if (other < 0) continue;
-          const Index found = 3 * other + static_cast<Index>(corner_of(at(triangles, other), point));
-          if (mark(found) < 0) add(found);
-        }
+      mark_all(seed, number, reached, fan_of,
+               [&](Index t, std::size_t side, Index p) { return joints.smooth_over(t, side, p); });
+      if (at(groups, seed) < 0) {
+        connected.clear();
+        mark_all(
+            seed, number, connected, [&](Index corner) -> Index& { return at(groups, corner); },
+            [&](Index t, std::size_t side, Index) { return joints.over(t, side); });
       }
-      fans.push_back({at(bodies.body_of_point(), point), static_cast<Index>(reached.size()) - begin,
-                      static_cast<Index>(fans.size()), begin});
+      fans.push_back({at(bodies.body_of_point(), point), static_cast<Index>(reached.size()) - begin, number,
+                      at(groups, seed), begin});
     }
     fans_of_point_.begin.push_back(static_cast<Index>(fans.size()));
   }
@@ -118,6 +113,7 @@ void SurfaceNormals::number_fans(std::vector<Fan>& fans, std::span<const Index> 
   fan_begin_.assign(1, 0);
   for (const Fan& fan : fans) {
     at(fans_of_point_.values, fan.number) = static_cast<Index>(fan_begin_.size()) - 1;
+    group_of_fan_.push_back(fan.group);
     for (Index n = fan.begin; n < fan.begin + fan.length; ++n)
       fan_triangles_.push_back(at(triangles_, at(corners, n) / 3).corners);
     fan_begin_.push_back(static_cast<Index>(fan_triangles_.size()));
@@ -159,10 +155,12 @@ void SurfaceNormals::prepare_wanted(const parallel::Threads& threads, std::span<
                        });
 }
 
-/// Distance of a point of a triangle from the nearest crease, in widths of its band; at most 1.
+/// Distance of a point of a triangle from the nearest crease of one kind, in widths of its band; at most 1.
+/// \param first_bit  of the kind of crease
 double SurfaceNormals::from_crease(std::span<const Vec3> positions, Index triangle, const Weights& w,
-                                   double distance) const {
-  const auto& [corners, fans, creases] = at(triangles_, triangle);
+                                   double distance, unsigned first_bit) const {
+  const auto& [corners, fans, all_creases] = at(triangles_, triangle);
+  const std::uint32_t creases = (all_creases >> first_bit) & 63U;
   if (creases == 0) return 1.0;
   const std::array<Vec3, 3> x = corners_of(positions, corners);
   const double twice_area = length(area_vector(x));
@@ -190,26 +188,35 @@ template <class AreaOfFan, class UnitOfFan>
 Vec3 SurfaceNormals::interpolated(std::span<const Vec3> positions, Index triangle, const Weights& w,
                                   double distance, const AreaOfFan& area_of, const UnitOfFan& unit_of) const {
   const simd::SmoothTriangle& t = at(triangles_, triangle);
-  Vec3 smooth;
-  for (std::size_t i = 0; i < 3; ++i) smooth += w[i] * unit_of(t.fans[i]);
-  Vec3 normal = smooth;
-  const double from_crease = this->from_crease(positions, triangle, w, distance);
-  if (from_crease < 1.0) {
-    Vec3 joined;
-    for (std::size_t i = 0; i < 3; ++i) {
-      const std::span<const Index> fans = fans_of_point_[t.corners[i]];
-      Vec3 of_point;
-      if (fans.size() > 1) {
-        for (const Index fan : fans) of_point += area_of(fan);
-        of_point = normalized(of_point);
-      } else {
-        of_point = unit_of(t.fans[i]);
-      }
-      joined += w[i] * of_point;
+  // The mean of those fans at a corner that count.
+  const auto mean_at = [&](std::size_t i, auto&& counts) {
+    Vec3 area;
+    Index last = -1;
+    int n = 0;
+    for (const Index fan : fans_of_point_[t.corners[i]]) {
+      if (!counts(fan)) continue;
+      area += area_of(fan);
+      last = fan;
+      ++n;
     }
+    return n > 1 ? normalized(area) : unit_of(last);
+  };
+  const auto blended = [&](const Vec3& normal, double from_crease, auto&& normal_at) {
+    Vec3 joined;
+    for (std::size_t i = 0; i < 3; ++i) joined += w[i] * normal_at(i);
     const double fraction = 1.0 - from_crease;
-    normal = (1.0 - fraction) * smooth + fraction * joined;
+    return (1.0 - fraction) * normal + fraction * joined;
+  };
+  Vec3 normal;
+  for (std::size_t i = 0; i < 3; ++i) normal += w[i] * unit_of(t.fans[i]);
+  if (const double from = from_crease(positions, triangle, w, distance, 6); from < 1.0) {
+    normal = blended(normal, from, [&](std::size_t i) {
+      const Index group = at(group_of_fan_, t.fans[i]);
+      return mean_at(i, [&](Index fan) { return at(group_of_fan_, fan) == group; });
+    });
   }
+  if (const double from = from_crease(positions, triangle, w, distance, 0); from < 1.0)
+    normal = blended(normal, from, [&](std::size_t i) { return mean_at(i, [](Index) { return true; }); });
   normal = normalized(normal);
   return normal == Vec3{} ? normalized(area_vector(positions, t.corners)) : normal;
 }

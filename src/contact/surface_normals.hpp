@@ -9,6 +9,7 @@
 #include <palpate/detection.hpp>
 #include <palpate/mesh.hpp>
 
+#include "contact/surface_joints.hpp"
 #include "contact/wanted_items.hpp"
 #include "geometry/vector.hpp"
 #include "parallel/parallel.hpp"
@@ -17,7 +18,7 @@
 namespace palpate {
 
 /// A normal field on the surfaces of bodies that is continuous along the surface, and equal to the triangle's
-/// normal where the surface is flat.
+/// normal where the surface is flat or hollow.
 ///
 /// The corners of a triangle have the area-weighted normal of the triangles around the point that are joined
 /// by smooth edges (normals of both triangles at most 60 degrees apart at rest); between corners it is
@@ -25,6 +26,12 @@ namespace palpate {
 /// The band is as wide as the distance from which the normal is asked for, and at most 5 % of the triangle's
 /// height: a shallow contact beside a sharp edge is pushed straight out of the flat face, and however near to
 /// the edge it is, direction times depth is continuous.
+///
+/// At a hollow point (the surface bends inwards on all sides, as in a cup) all bent edges are creases: the
+/// distance of a point behind such a surface has a continuous gradient, which is the triangle's normal.
+/// Interpolated normals differ from it, and lean with the diagonals of the mesh: their forces are not those
+/// of an energy, and frictionless bodies drove themselves around in cups and tubes. Where a surface is not
+/// hollow, the gradient jumps at each edge, and bodies would tremble without interpolation.
 ///
 /// Normals are prepared only where they are needed.
 class SurfaceNormals {
@@ -71,11 +78,8 @@ class SurfaceNormals {
   /// Largest fraction of the triangle's height over which the normal rotates at a crease.
   static constexpr double band = 0.05;
 
-  /// (n_triangles) the triangle across the edge opposite corner i; -1: the edge is a crease.
-  using Across = std::vector<std::array<Index, 3>>;
-  Across find_creases(const Bodies& bodies);
   struct Fan;
-  void find_fans(const Bodies& bodies, const Across& across);
+  void find_fans(const Bodies& bodies, const SurfaceJoints& joints);
   void number_fans(std::vector<Fan>& fans, std::span<const Index> corners);
   [[nodiscard]] Vec3 area_of_fan(std::span<const Vec3> positions, Index fan) const;
   template <class AreaOfFan, class UnitOfFan>
@@ -83,12 +87,14 @@ class SurfaceNormals {
                                   double distance, const AreaOfFan& area_of, const UnitOfFan& unit_of) const;
   [[nodiscard]] Weights weights(std::span<const Vec3> positions, Index triangle, const Vec3& x) const;
   [[nodiscard]] double from_crease(std::span<const Vec3> positions, Index triangle, const Weights& w,
-                                   double distance) const;
+                                   double distance, unsigned first_bit) const;
 
   std::vector<simd::SmoothTriangle> triangles_;  ///< (n_triangles)
-  /// Fans: the triangles around a point that are connected over smooth edges. Those of a body are in the
-  /// order of their length.
+  /// Fans: the triangles around a point that have one normal there. Those of a body are in the order of their
+  /// length. A group of fans is connected over edges that are no sharp creases; at a point that is not
+  /// hollow, each fan is a group.
   Rows fans_of_point_;                   ///< (n_points) in the order of their first triangles
+  std::vector<Index> group_of_fan_;      ///< (n_fans)
   std::vector<Index> fan_begin_;         ///< (n_fans + 1) into fan_triangles_
   std::vector<Triangle> fan_triangles_;  ///< their corners
   WantedItems wanted_;                   ///< fans; those listed are prepared

@@ -16,7 +16,8 @@ namespace palpate::simd {
 struct SmoothTriangle {
   std::array<Index, 3> corners;
   std::array<Index, 3> fans;
-  /// Bits 0-2: the edge opposite corner i is a crease; bits 3-5: corner i is an end of a crease.
+  /// Bits 0-2: the edge opposite corner i is a sharp crease; bits 3-5: corner i is an end of a sharp crease.
+  /// Bits 6-11: the same for creases at hollow points.
   std::uint32_t creases = 0;
 };
 struct SmoothTriangles {

@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstdint>
 #include <gtest/gtest.h>
 #include <limits>
+#include <numbers>
 
 #include "geometry/vector.hpp"
 #include "support/meshes.hpp"
@@ -80,6 +82,44 @@ TEST(SurfaceNormals, OfCornersAreThoseOfTheTrianglesAround) {
       ASSERT_LT(length(normals.at_point_now(x, t, at(x, corner), 0.1) - normalized(sum)), 1e-13);
     }
   }
+}
+
+TEST(SurfaceNormals, OfHollowSurfacesAreThoseOfTheirTriangles) {
+  // Half a tube of radii 1 and 1.5. Oracle: the gradient of the distance from its hollow side.
+  TetMesh gutter = test::box_mesh({1, 8, 3}, {1.0, 0.0, 0.0}, {1.5, std::numbers::pi, 2.0});
+  for (Vec3& p : gutter.points) p = {p.x * std::cos(p.y), p.x * std::sin(p.y), p.z};
+  Bodies bodies;
+  bodies.add("gutter", gutter);
+  const std::span<const Vec3> x = bodies.points_rest();
+  const SurfaceNormals normals(bodies);
+  test::Random random(3);
+  int inside = 0;
+  double most_outside = 0.0;
+  for (Index t = 0; t < static_cast<Index>(bodies.triangles().size()); ++t) {
+    const std::array<Vec3, 3> corners = corners_of(x, at(bodies.triangles(), t));
+    const Vec3 own = normalized(area_vector(corners));
+    const double u = random.uniform(0.1, 0.8);
+    const double v = random.uniform(0.1, 0.9 - u);
+    const Vec3 place = u * corners[0] + v * corners[1] + (1.0 - u - v) * corners[2];
+    const double away = length(normals.at_point_now(x, t, place, 1e-6) - own);
+    const double outwards = dot(own, normalized({place.x, place.y, 0.0}));
+    if (outwards < -0.9) {
+      ++inside;
+      ASSERT_LT(away, 1e-14);
+    }
+    if (outwards > 0.9) most_outside = std::max(most_outside, away);
+    // On a side the triangle across has the same normal.
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Index other = at(bodies.triangle_neighbors(), t)[i];
+      const Vec3 between = 0.3 * corners[(i + 1) % 3] + 0.7 * corners[(i + 2) % 3];
+      for (const double distance : {1e-3, SurfaceNormals::far}) {
+        const Vec3 here = normals.at_point_now(x, t, between, distance);
+        ASSERT_LT(length(here - normals.at_point_now(x, other, between, distance)), 1e-9);
+      }
+    }
+  }
+  EXPECT_EQ(inside, 2 * 8 * 3);
+  EXPECT_GT(most_outside, 0.01) << "interpolated";
 }
 
 TEST(SurfaceNormals, TurnAtACreaseOverTheDistanceFromWhichTheyAreAskedFor) {
