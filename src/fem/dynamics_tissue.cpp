@@ -70,12 +70,16 @@ double Dynamics::nonlinear_energy() {
 /// Bound of the relative error of the solution, by mass, if linear_forces_ are not the elastic forces at the
 /// end: |h r| weighted by 1 / m, since the matrix minus diag(m) is positive semi-definite.
 double Dynamics::tissue_error() {
+  constexpr double rounding_of_forces = 1e-12;  // relative to the forces
   const auto elastic = elements_.point_forces();
-  const double error = parallel::sum(threads_, masses_.size(), partial_, [&](std::size_t i) {
-    if (free_[i] == 0 || !is_nonlinear(i)) return 0.0;
-    return squared_length(time_step_ * (unpadded(elastic[i]) - linear_forces_[i])) / diagonal_[i];
-  });
-  const double beyond = std::sqrt(error) - rounding_;
+  const auto norm_of = [&](auto&& force) {
+    return time_step_ * std::sqrt(parallel::sum(threads_, masses_.size(), partial_, [&](std::size_t i) {
+             return free_[i] == 0 || !is_nonlinear(i) ? 0.0 : squared_length(force(i)) / diagonal_[i];
+           }));
+  };
+  const double error = norm_of([&](std::size_t i) { return unpadded(elastic[i]) - linear_forces_[i]; });
+  const double all = norm_of([&](std::size_t i) { return unpadded(elastic[i]); });
+  const double beyond = error - rounding_ - rounding_of_forces * all;
   if (beyond <= 0.0) return 0.0;  // at rest without loads the scale is zero, too
   const double scale = parallel::sum(threads_, masses_.size(), partial_, [&](std::size_t i) {
     return free_[i] == 0 ? 0.0 : diagonal_[i] * squared_length(unpadded(solution_[i]));

@@ -54,6 +54,27 @@ def test_coarse_boxes_come_to_rest():
     assert len(moving) <= 4, moving
 
 
+def test_a_stiff_hyperelastic_block_that_rests_under_a_plate_needs_one_solve_a_step():
+    """Nothing gave errors a scale as it came to rest: rounding errors of the forces were solved for, 44 times a step."""
+    side = 0.02
+    model = palpate.Model()
+    tissue = palpate.Material(young_modulus=1e6, model="stable-neo-hookean", mass_damping=20.0)
+    model.add_body(*palpate.box((6, 6, 6), (side, side, side)), name="block", material=tissue)
+    points, tets = palpate.box((2, 2, 1), (3 * side, 3 * side, side / 4))
+    model.add_body(points - [0, 0, 0.625 * side], tets, name="floor", obstacle=True)
+    pressed = palpate.Motion([palpate.Keyframe(0.0), palpate.Keyframe(0.2, (0.0, 0.0, -0.05 * side))])
+    model.add_body(points + [0, 0, 0.625 * side], tets, name="plate", motion=pressed)
+    simulation = palpate.Simulation(model, threads=1, time_step=0.005, gravity=(0.0, 0.0, 0.0))
+    solves = []
+    for _ in range(140):
+        simulation.step()
+        assert simulation.metrics.solver_converged
+        solves.append(simulation.metrics.solves)
+    assert simulation.contact_wrench("floor").force[2] < -1.0
+    assert np.linalg.norm(simulation.velocities, axis=1).max() < 1e-9
+    assert max(solves[-20:]) == 1
+
+
 def held_block(**keys):
     lower = {"lower": [-1, -1, -0.0201], "upper": [1, 1, -0.0199]}
     return {
