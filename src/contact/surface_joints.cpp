@@ -83,9 +83,11 @@ void SurfaceJoints::add_creases(const Bodies& bodies, unsigned first_bit, IsCrea
       at(is_end, first) = at(is_end, second) = 1;
     }
   }
-  for (std::size_t t = 0; t < triangles.size(); ++t)
-    for (std::size_t i = 0; i < 3; ++i)
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    for (std::size_t i = 0; i < 3; ++i) {
       if (at(is_end, triangles[t][i]) != 0) creases_[t] |= 8U << (first_bit + i);
+    }
+  }
 }
 
 }  // namespace palpate
