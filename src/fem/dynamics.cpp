@@ -135,9 +135,15 @@ Dynamics::Dynamics(const Bodies& bodies, const Materials& materials, std::vector
   elastic_fractions_.resize(elements);
   damping_fractions_.resize(elements);
   nonlinear_points_.resize(points);
+  nonlinear_stiffness_.resize(points);
   braked_bodies_.resize(bodies_.size());
   for (Index e = elements_.nonlinear_begin(); e < elements_.size(); ++e) {
-    for (const Index corner : at(elements_.corners(), e)) at(nonlinear_points_, corner) = 1;
+    for (int i = 0; i < 4; ++i) {
+      const Index corner = at(elements_.corners(), e)[static_cast<std::size_t>(i)];
+      const Matrix3 block = elements_.stiffness_rest(e, i, i);
+      at(nonlinear_points_, corner) = 1;
+      at(nonlinear_stiffness_, corner) += block(0, 0) + block(1, 1) + block(2, 2);
+    }
     at(braked_bodies_, at(elements_.body_of_element(), e)) = 1;
   }
   for (std::size_t d = 0; d < elements_.smoothing().size(); ++d)

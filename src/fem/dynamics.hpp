@@ -383,6 +383,7 @@ class Dynamics {
   std::vector<std::uint8_t> free_bodies_;     ///< (n_bodies) 1: no point is held; 2: and braked
   std::vector<std::uint8_t> turning_bodies_;  ///< free_bodies_ without prescribed points in this step
   bool has_stiffness_damping_ = false;
+  std::vector<double> nonlinear_stiffness_;     ///< (n_points) of a point at rest, by nonlinear tets, N/m
   std::span<const Vec3> turning_forces_;        ///< ExternalForces::turning of the step
   std::vector<Vec3> lost_impulses_;             ///< (n_bodies) scratch of end_step(), N m s
   std::vector<Vec3> contact_impulses_;          ///< (n_bodies) those of contacts

@@ -1,6 +1,7 @@
 // Newton's method over hyperelastic tissue within a step.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "fem/dynamics.hpp"
 #include "fem/grains.hpp"
@@ -70,7 +71,6 @@ double Dynamics::nonlinear_energy() {
 /// Bound of the relative error of the solution, by mass, if linear_forces_ are not the elastic forces at the
 /// end: |h r| weighted by 1 / m, since the matrix minus diag(m) is positive semi-definite.
 double Dynamics::tissue_error() {
-  constexpr double rounding_of_forces = 1e-12;  // relative to the forces
   const auto elastic = elements_.point_forces();
   const auto norm_of = [&](auto&& force) {
     return time_step_ * std::sqrt(parallel::sum(threads_, masses_.size(), partial_, [&](std::size_t i) {
@@ -78,8 +78,11 @@ double Dynamics::tissue_error() {
            }));
   };
   const double error = norm_of([&](std::size_t i) { return unpadded(elastic[i]) - linear_forces_[i]; });
-  const double all = norm_of([&](std::size_t i) { return unpadded(elastic[i]); });
-  const double beyond = error - rounding_ - rounding_of_forces * all;
+  // Rounding errors of positions change the forces, by more the stiffer the tissue is.
+  constexpr double roundings = 4.0 * std::numeric_limits<double>::epsilon();
+  const double by_rounding =
+      norm_of([&](std::size_t i) { return roundings * nonlinear_stiffness_[i] * positions_[i]; });
+  const double beyond = error - rounding_ - by_rounding;
   if (beyond <= 0.0) return 0.0;  // at rest without loads the scale is zero, too
   const double scale = parallel::sum(threads_, masses_.size(), partial_, [&](std::size_t i) {
     return free_[i] == 0 ? 0.0 : diagonal_[i] * squared_length(unpadded(solution_[i]));

@@ -75,6 +75,25 @@ def test_a_stiff_hyperelastic_block_that_rests_under_a_plate_needs_one_solve_a_s
     assert max(solves[-20:]) == 1
 
 
+def test_a_stiff_hyperelastic_strap_that_is_stretched_rests_and_converges():
+    """Its inner forces cancel at all points, and only their rounding errors were left: 213 of 250 steps failed."""
+    ends = [
+        {"box": {"lower": [0.05 * side - 0.001, -1, -1], "upper": [0.05 * side + 0.001, 1, 1]},
+         "motion": {"keyframes": [{"time": 0}, {"time": 0.3, "translate": [0.01 * side, 0, 0]}]}}
+        for side in (-1, 1)
+    ]
+    strap = {"name": "strap", "box": {"cells": [10, 3, 3], "size": [0.1, 0.02, 0.02]}, "prescribed": ends,
+             "material": {"model": "stable-neo-hookean", "young_modulus": 1e8, "mass_damping": 20}}
+    simulation = palpate.Simulation({"time_step": 0.01, "gravity": [0, 0, 0], "bodies": [strap]}, threads=1)
+    solves = []
+    for _ in range(80):
+        simulation.step()
+        solves.append(simulation.metrics.solves)
+    assert simulation.steps_not_converged == 0
+    assert np.linalg.norm(simulation.velocities, axis=1).max() < 1e-9
+    assert max(solves[-20:]) == 1
+
+
 def held_block(**keys):
     lower = {"lower": [-1, -1, -0.0201], "upper": [1, 1, -0.0199]}
     return {
