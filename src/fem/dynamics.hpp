@@ -406,11 +406,12 @@ class Dynamics {
                                                 ///< ones where points are not free
   double load_impulse_ = 0.0;                   ///< |h (M g + external forces)| over the free points, N s
   double load_scale_ = 0.0;                     ///< mass norm of dv for gravity and external forces alone
-  double rounding_ = 0.0;      ///< mass norm of dv by rounding errors of positions: a smaller error is none
-  double error_scale_ = 0.0;   ///< least mass norm of dv to which errors are relative
-  double edge_by_mass_ = 0.0;  ///< mass norm of a motion of all points by a mean edge
-  double time_step_ = 0.0;     ///< of the current step; belongs to diagonal_ and factors_
-  double duration_ = 0.0;      ///< of the current time step; with BDF2, time_step_ is 2/3 of it
+  double rounding_ = 0.0;  ///< mass norm of dv by rounding errors of positions: a smaller error is none
+  double tissue_rounding_ = 0.0;  ///< the same for the forces of hyperelastic tissue
+  double error_scale_ = 0.0;      ///< least mass norm of dv to which errors are relative
+  double edge_by_mass_ = 0.0;     ///< mass norm of a motion of all points by a mean edge
+  double time_step_ = 0.0;        ///< of the current step; belongs to diagonal_ and factors_
+  double duration_ = 0.0;         ///< of the current time step; with BDF2, time_step_ is 2/3 of it
   bool keeps_past_ = false;
   double past_duration_ = 0.0;         ///< length of the previous step, s
   std::vector<Vec3> past_positions_;   ///< positions at the start of the previous step; or empty

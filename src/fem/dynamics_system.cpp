@@ -85,6 +85,14 @@ void Dynamics::set_loads(const Vec3& gravity, std::span<const Vec3> external_for
     return system_.free()[i] == 0 ? 0.0 : masses_[i] * squared_length(positions_[i]);
   }));
   rounding_ = roundings * std::numeric_limits<double>::epsilon() * extent / time_step_;
+  // They change the forces of tissue, by more the stiffer it is.
+  if (elements_.nonlinear_begin() == elements_.size()) return;
+  constexpr double of_forces = 4.0;
+  const double forces = parallel::sum(threads_, masses_.size(), partial_, [&](std::size_t i) {
+    if (system_.free()[i] == 0 || !is_nonlinear(i)) return 0.0;
+    return squared_length(nonlinear_stiffness_[i] * positions_[i]) / diagonal_[i];
+  });
+  tissue_rounding_ = of_forces * std::numeric_limits<double>::epsilon() * time_step_ * std::sqrt(forces);
 }
 
 /// The right side without couplings, b = h f - (h C + h^2 K') v = h f + M v - B v, by a product with the

@@ -1,7 +1,6 @@
 // Newton's method over hyperelastic tissue within a step.
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "fem/dynamics.hpp"
 #include "fem/grains.hpp"
@@ -72,17 +71,11 @@ double Dynamics::nonlinear_energy() {
 /// end: |h r| weighted by 1 / m, since the matrix minus diag(m) is positive semi-definite.
 double Dynamics::tissue_error() {
   const auto elastic = elements_.point_forces();
-  const auto norm_of = [&](auto&& force) {
-    return time_step_ * std::sqrt(parallel::sum(threads_, masses_.size(), partial_, [&](std::size_t i) {
-             return free_[i] == 0 || !is_nonlinear(i) ? 0.0 : squared_length(force(i)) / diagonal_[i];
-           }));
-  };
-  const double error = norm_of([&](std::size_t i) { return unpadded(elastic[i]) - linear_forces_[i]; });
-  // Rounding errors of positions change the forces, by more the stiffer the tissue is.
-  constexpr double roundings = 4.0 * std::numeric_limits<double>::epsilon();
-  const double by_rounding =
-      norm_of([&](std::size_t i) { return roundings * nonlinear_stiffness_[i] * positions_[i]; });
-  const double beyond = error - rounding_ - by_rounding;
+  const double error = parallel::sum(threads_, masses_.size(), partial_, [&](std::size_t i) {
+    if (free_[i] == 0 || !is_nonlinear(i)) return 0.0;
+    return squared_length(time_step_ * (unpadded(elastic[i]) - linear_forces_[i])) / diagonal_[i];
+  });
+  const double beyond = std::sqrt(error) - rounding_ - tissue_rounding_;
   if (beyond <= 0.0) return 0.0;  // at rest without loads the scale is zero, too
   const double scale = parallel::sum(threads_, masses_.size(), partial_, [&](std::size_t i) {
     return free_[i] == 0 ? 0.0 : diagonal_[i] * squared_length(unpadded(solution_[i]));
