@@ -133,7 +133,6 @@ Dynamics::Dynamics(const Bodies& bodies, const Materials& materials, std::vector
   diagonal_.resize(points);
   factors_.resize(elements);
   elastic_fractions_.resize(elements);
-  damping_fractions_.resize(elements);
   nonlinear_points_.resize(points);
   nonlinear_stiffness_.resize(points);
   braked_bodies_.resize(bodies_.size());
@@ -180,9 +179,8 @@ void Dynamics::set_time_step(double time_step) {
     const double elastic = time_step * elements_.viscosity().stiffness(e);
     factors_[e] = time_step * (element_stiffness_damping_[e] + elastic);
     elastic_fractions_[e] = elastic / (element_stiffness_damping_[e] + elastic);
-    damping_fractions_[e] = 1.0 - elastic_fractions_[e];
   }
-  elements_.set_factors(factors_);
+  elements_.set_factors(factors_, elastic_fractions_);
 }
 
 /// Sets the guess: dv of the last step, or, if that is zero, dv of free fall, which is then exact at any

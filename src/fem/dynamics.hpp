@@ -93,7 +93,8 @@ class Dynamics {
   /// viscous tissue (ViscousElements), f_elastic is the force at the end of the step without a motion, and
   /// the elastic K' is the stiffness over the step. Bodies with hyperelastic tets are linearised again at the
   /// end of the step until their forces there equal the forces of the linear system, to `tolerance` of the
-  /// solution: Newton's method for implicit Euler (relinearise_tissue()).
+  /// solution: Newton's method for implicit Euler (relinearise_tissue()). Their damping is that of the last
+  /// linearisation; with passive fibres, of the first (Elements::has_jumps()).
   ///
   /// \param time_step        h > 0, s
   /// \param gravity          m/s^2, on every mass
@@ -390,10 +391,8 @@ class Dynamics {
   std::vector<Vec3> frame_reactions_;           ///< (n_points) of the last step, N; or empty
   bool lists_constrained_ = false;              ///< find_constrained_elements() was called
   std::vector<std::uint8_t> nonlinear_points_;  ///< (n_points) 1: of such a body
-  std::vector<double>
-      elastic_fractions_;  ///< (n_elements) h a / (h a + b): elastic part of the stiffness factor
-  std::vector<double> damping_fractions_;     ///< (n_elements) the viscous part of the stiffness factor
-  std::vector<simd::Padded3> displacements_;  ///< (n_points) scratch
+  std::vector<double> elastic_fractions_;       ///< (n_elements), scratch: h a / (h a + b) of the factors
+  std::vector<simd::Padded3> displacements_;    ///< (n_points) scratch
   std::vector<Vec3>
       linear_forces_;        ///< (n_points) elastic forces that the linear system predicts at its solution
   std::vector<Vec3> loads_;  ///< (n_points) gravity and external forces of the step, N

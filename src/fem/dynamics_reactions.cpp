@@ -64,18 +64,35 @@ void Dynamics::add_stiff_forces(std::span<Vec3> forces) const {
   };
   for (const Index e : constrained_elements_) {
     const Tet& corners = at(elements_.corners(), e);
-    std::array<Vec3, 4> velocities;
-    for (std::size_t k = 0; k < 4; ++k) velocities[k] = stiff_velocity(corners[k], at(elastic_fractions_, e));
-    const std::array<Vec3, 4> stiff = elements_.multiply(e, velocities);
+    const auto velocities = [&](double elastic) {
+      std::array<Vec3, 4> found;
+      for (std::size_t k = 0; k < 4; ++k) found[k] = stiff_velocity(corners[k], elastic);
+      return found;
+    };
+    const bool is_held = elements_.is_held(e);
+    const std::array<Vec3, 4> of_elastic = velocities(is_held ? 1.0 : elements_.elastic_fraction(e));
+    const std::array<Vec3, 4> stiff = elements_.multiply(e, of_elastic);
     for (std::size_t k = 0; k < 4; ++k) add(corners[k], stiff[k]);
+    if (!is_held) continue;
+    std::array<Vec3, 4> of_damping = velocities(0.0);
+    for (std::size_t k = 0; k < 4; ++k) of_damping[k] -= of_elastic[k];
+    const std::array<Vec3, 4> damping = elements_.multiply_held(e, of_damping);
+    for (std::size_t k = 0; k < 4; ++k) add(corners[k], damping[k]);
   }
   const SmoothingDomains& smoothing = elements_.smoothing();
   for (const std::size_t d : held_domains_) {
     const auto points = smoothing.points(d);
-    const double elastic = at(elastic_fractions_, smoothing.element(d));
-    smoothing.multiply(
-        d, [&](std::size_t k) { return stiff_velocity(points[k], elastic); },
-        [&](std::size_t k, const Vec3& stiff) { add(points[k], stiff); });
+    const auto add_part = [&](StiffnessPart part, double elastic) {
+      smoothing.multiply(
+          d, part, [&](std::size_t k) { return stiff_velocity(points[k], elastic); },
+          [&](std::size_t k, const Vec3& stiff) { add(points[k], stiff); });
+    };
+    if (smoothing.is_held(d)) {
+      add_part(StiffnessPart::elastic, 1.0);
+      add_part(StiffnessPart::damping, 0.0);
+    } else {
+      add_part(StiffnessPart::whole, elements_.elastic_fraction(smoothing.element(d)));
+    }
   }
 }
 

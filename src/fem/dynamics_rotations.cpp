@@ -120,7 +120,7 @@ void Dynamics::add_damping_of_rotation() {
         rotations_.rigid_displacement(body, positions_[i]) - rotations_.displacement(body, positions_[i]);
     displacements_[i] = padded(rate * beyond);
   });
-  const auto products = elements_.multiply(threads_, displacements_, damping_fractions_);
+  const auto products = elements_.multiply(threads_, displacements_, StiffnessPart::damping);
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
     if (free_[i] != 0) point_forces_[i] += rate * unpadded(products[i]);
   });

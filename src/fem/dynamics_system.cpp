@@ -14,6 +14,11 @@ void Dynamics::linearise() {
   reuses_directions_ = false;
   at_end_ = false;
   set_base_velocities();
+  const bool holds_damping = elements_.has_jumps() && has_stiffness_damping_ && !refined_;
+  if (holds_damping) {
+    elements_.release_damping();
+    updated_ = false;
+  }
   if (rotations_.any() || refined_ || second_order_) {
     place_linear_positions();
     refined_ = refined_ || second_order_;
@@ -22,6 +27,7 @@ void Dynamics::linearise() {
   } else {
     update_elements();
   }
+  if (holds_damping) elements_.hold_damping();
   form_system();
 }
 

@@ -49,12 +49,12 @@ void Dynamics::add_displacement_forces() {
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
     displacements_[i] = padded(rate * (linear_positions_[i] - positions_[i]));
   });
-  add(elements_.multiply(threads_, displacements_, elastic_fractions_));
+  add(elements_.multiply(threads_, displacements_, StiffnessPart::elastic));
   if (!rotations_.any()) return;
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
     displacements_[i] = padded(rate * rotations_.displacement(body_of_point_[i], positions_[i]));
   });
-  add(elements_.multiply(threads_, displacements_, damping_fractions_));
+  add(elements_.multiply(threads_, displacements_, StiffnessPart::damping));
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
     if (free_[i] != 0) point_forces_[i] += frame_force(i);
   });
@@ -90,7 +90,8 @@ bool Dynamics::relinearise_tissue(double tolerance) {
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
     displacements_[i] = is_nonlinear(i) ? padded(end_positions_[i] - linearised[i]) : simd::Padded3{};
   });
-  const auto stiff = elements_.multiply(threads_, displacements_, elastic_fractions_);  // h^2 K' times it
+  // h^2 K' times it
+  const auto stiff = elements_.multiply(threads_, displacements_, StiffnessPart::elastic);
   const auto elastic = elements_.point_forces();
   const double rate = 1.0 / (time_step_ * time_step_);
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {

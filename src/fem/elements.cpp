@@ -43,6 +43,8 @@ Elements::Elements(const Bodies& bodies, const Materials& materials, std::span<c
     tense_.add(at(thickness, tets_[e]), materials.of(tets_[e], body_[e]), volume_[e]);
   plastic_strains_.resize(plasticity_.size());
   factor_.assign(corners_.size(), 1.0);
+  elastic_fractions_.assign(tets_.size(), 1.0);
+  damping_fractions_.assign(tets_.size(), 0.0);
   bulk_fraction_.assign(corners_.size(), 1.0);
   for (auto* vector : {&displacements_, &point_forces_, &products_}) vector->resize(points_rest_.size());
   force_sums_ = CornerSums(corners_, points_rest_.size());
@@ -231,8 +233,11 @@ Vec3 Elements::gradient(Index element, int corner) const {
 
 std::span<const simd::Padded3> Elements::multiply(const parallel::Threads& threads,
                                                   std::span<const simd::Padded3> vectors,
-                                                  std::span<const double> weights) const {
+                                                  StiffnessPart part) const {
   if (tets_.empty()) return products_;
+  const double* const weights = part == StiffnessPart::whole     ? nullptr
+                                : part == StiffnessPart::elastic ? elastic_fractions_.data()
+                                                                 : damping_fractions_.data();
   simd::StiffnessPass pass{};
   pass.vectors = vectors.data();
   pass.corners = corners_.front().data();
@@ -246,17 +251,27 @@ std::span<const simd::Padded3> Elements::multiply(const parallel::Threads& threa
                          if (!has_tangent_blocks(begin)) simd::stiffness_pass(own, begin, whole_groups(end));
                          multiply_full(begin, end, vectors, products.data());
                          add_tense_products(begin, end, vectors, products);
-                         for (std::size_t k = 0; !weights.empty() && k < 16 * (end - begin); ++k)
-                           products[k] *= weights[begin + k / 16];
+                         for (std::size_t e = begin; weights != nullptr && e < end; ++e) {
+                           double* const of_element = &products[16 * (e - begin)];
+                           if (is_held(static_cast<Index>(e))) {
+                             put_part_of_held(e, vectors, part, of_element);
+                           } else {
+                             for (std::size_t k = 0; k < 16; ++k) of_element[k] *= weights[e];
+                           }
+                         }
                          product_sums_.take(chunk, products);
                        });
   product_sums_.collect(threads, products_);
-  if (!smoothing_.empty()) smoothing_.multiply(threads, vectors, weights, products_);
+  if (!smoothing_.empty()) smoothing_.multiply(threads, vectors, part, products_);
   return products_;
 }
 
-void Elements::set_factors(std::span<const double> factors) {
+void Elements::set_factors(std::span<const double> factors, std::span<const double> elastic_fractions) {
   std::copy(factors.begin(), factors.end(), factor_.begin());
+  std::copy(elastic_fractions.begin(), elastic_fractions.end(), elastic_fractions_.begin());
+  std::ranges::transform(elastic_fractions, damping_fractions_.begin(),
+                         [](double elastic) { return 1.0 - elastic; });
+  smoothing_.set_elastic_fractions(elastic_fractions_);
 }
 
 void Elements::collect_forces(std::size_t chunk, const CornerSums::Values& forces,
@@ -298,6 +313,7 @@ void Elements::update(const parallel::Threads& threads, std::span<const Vec3> po
                           put_corotational_blocks(e);
                         }
                         if (viscosity_.has(e)) add_viscous_forces(e, positions, of_element);
+                        if (is_held(static_cast<Index>(e))) add_held(e);
                         add_tension(e, of_element, tense);
                       }
                       collect_forces(begin / element_grain, forces, corner_forces);
@@ -329,6 +345,7 @@ void Elements::update_one_by_one(std::span<const Vec3> positions, std::span<simd
                         double* const of_element = &forces[16 * (e - begin)];
                         update_element(e, positions, of_element);
                         if (viscosity_.has(e)) add_viscous_forces(e, positions, of_element);
+                        if (is_held(static_cast<Index>(e))) add_held(e);
                         add_tension(e, of_element, tense);
                       }
                       collect_forces(begin / element_grain, forces, corner_forces);

@@ -117,7 +117,19 @@ class Elements {
 
   /// Sets the factors >= 0 of the stiffness of each element (n_elements), 1 at first, from the next update()
   /// on.
-  void set_factors(std::span<const double> factors);
+  /// \param elastic_fractions  empty (1), or (n_elements) the fraction of the factor that is of elastic
+  /// forces.
+  ///     The rest is of stiffness damping
+  void set_factors(std::span<const double> factors, std::span<const double> elastic_fractions = {});
+  [[nodiscard]] double elastic_fraction(Index element) const { return at(elastic_fractions_, element); }
+  /// Whether there are tets whose tangent jumps: passive fibres resist only where they are stretched. If
+  /// damping had the jumps, too, a step could have no solution. So in a step it keeps the tangents of its
+  /// start.
+  [[nodiscard]] bool has_jumps() const { return has_jumps_; }
+  /// From now on, damping of these tets acts by their tangents as of the last update(); call
+  /// release_damping() before that.
+  void hold_damping();
+  void release_damping();
   /// Sets the fraction of lambda in an element's energy and forces, 0 to 1, 1 at first, from the next
   /// update() on.
   void set_bulk_fraction(Index element, double fraction) { at(bulk_fraction_, element) = fraction; }
@@ -153,13 +165,16 @@ class Elements {
   /// element of zeros.
   [[nodiscard]] std::span<const simd::Quad> gradients() const { return gradients_; }
   /// K' times the vectors (n_points), in double; the result is valid until the next call. K' is the sum of
-  /// K'_e times its factor, as of the last update(). O(n_elements).
-  /// \param weights  empty, or (n_elements) a factor of each element's term
+  /// K'_e times its factor, or this part of it, as of the last update(). O(n_elements).
   std::span<const simd::Padded3> multiply(const parallel::Threads& threads,
                                           std::span<const simd::Padded3> vectors,
-                                          std::span<const double> weights = {}) const;
+                                          StiffnessPart part = StiffnessPart::whole) const;
   /// K'_e of an element, times its factor, times the vectors at its corners; zero where it is smoothed.
   [[nodiscard]] std::array<Vec3, 4> multiply(Index element, const std::array<Vec3, 4>& vectors) const;
+  /// Whether an element's damping is held; it is not smoothed.
+  [[nodiscard]] bool is_held(Index element) const;
+  /// The same for its damping, which is held.
+  [[nodiscard]] std::array<Vec3, 4> multiply_held(Index element, const std::array<Vec3, 4>& vectors) const;
   /// Sets the activations of the fibres of each material, 0 to 1 (Materials::all), from the next update() on.
   /// Returns whether any has changed.
   bool set_activations(std::span<const double> activations);
@@ -240,7 +255,10 @@ class Elements {
                      double* products) const;
   [[nodiscard]] HyperelasticLaw whole_law_of(std::size_t element) const;
   [[nodiscard]] HyperelasticLaw law_of(std::size_t element) const;
-  [[nodiscard]] Matrix3 tangent_block(Index element, int i, int j) const;
+  [[nodiscard]] Matrix3 tangent_block(std::span<const float> blocks, Index element, int i, int j) const;
+  void add_held(std::size_t element);
+  void put_part_of_held(std::size_t element, std::span<const simd::Padded3> vectors, StiffnessPart part,
+                        double* products) const;
   [[nodiscard]] Matrix3 low_rank_block(Index element, int i, int j) const;
   [[nodiscard]] Matrix3 displacement_gradient(std::size_t element, std::span<const Vec3> positions) const;
   [[nodiscard]] bool has_tangent_blocks(std::size_t element) const {
@@ -287,7 +305,9 @@ class Elements {
   simd::AlignedVector<double> lambda_;
   simd::AlignedVector<double> ratio_;
   simd::AlignedVector<double> factor_;
-  std::vector<double> bulk_fraction_;  ///< (n_elements) of lambda
+  std::vector<double> elastic_fractions_;  ///< (n_elements) of the factors
+  std::vector<double> damping_fractions_;  ///< (n_elements) the rest
+  std::vector<double> bulk_fraction_;      ///< (n_elements) of lambda
   simd::AlignedVector<double> energy_;
   Columns<9> turned_;                           ///< a_i of corners 1 to 3, rotated
   simd::AlignedVector<simd::Quad> gradients_;   ///< a_i, corner by corner
@@ -309,6 +329,9 @@ class Elements {
   std::vector<double> active_stress_;  ///< Pa, at full activation
   std::vector<double> tension_;        ///< Pa; laws_ hold it divided by the stiffness factor of viscosity
   simd::AlignedVector<float> blocks_;  ///< simd::block_stride each
+  std::vector<std::uint8_t> jumps_;    ///< 1: has passive fibres, and is not smoothed
+  bool has_jumps_ = false;             ///< or a smoothed tet has
+  std::vector<float> held_;            ///< as blocks_: those of damping that is held; otherwise empty
   simd::AlignedVector<simd::Padded3> displacements_;  ///< (n_points), scratch
   CornerSums force_sums_;
   simd::AlignedVector<simd::Padded3> point_forces_;

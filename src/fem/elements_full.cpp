@@ -97,6 +97,9 @@ void Elements::add_law(const Materials& materials, Index tet, Index body) {
   fibres_ = fibres_ || fibres.any();
   hyperelastic_.push_back(is_hyperelastic_tet(materials, tet, body) ? 1 : 0);
   smoothed_.push_back(is_smoothed_tet(materials, tet, body) ? 1 : 0);
+  const bool jumps = hyperelastic_.back() != 0 && fibres.stiffness > 0.0;
+  has_jumps_ = has_jumps_ || jumps;
+  jumps_.push_back(jumps && smoothed_.back() == 0 ? 1 : 0);
   material_.push_back(materials.index_of(tet, body));
   active_stress_.push_back(fibres.active_stress);
   tension_.push_back(0.0);
@@ -226,9 +229,61 @@ const float* Elements::element_tangent(Index element) const {
   return &blocks_[block_stride * static_cast<std::size_t>(element - tangent_begin_)];
 }
 
-/// Tangent block (i, j), i != j, of an element.
-Matrix3 Elements::tangent_block(Index element, int i, int j) const {
-  const float* values = element_tangent(element) + block_place(std::min(i, j), std::max(i, j));
+void Elements::release_damping() {
+  held_.clear();
+  smoothing_.release_damping();
+}
+
+void Elements::hold_damping() {
+  held_.resize(blocks_.size());
+  for (std::size_t k = 0; k < jumps_.size(); ++k) {
+    if (jumps_[k] == 0) continue;
+    const double damping = damping_fractions_[static_cast<std::size_t>(tangent_begin_) + k];
+    for (std::size_t v = block_stride * k; v < block_stride * (k + 1); ++v)
+      held_[v] = static_cast<float>(damping * static_cast<double>(blocks_[v]));
+  }
+  smoothing_.hold_damping();
+}
+
+bool Elements::is_held(Index element) const {
+  return !held_.empty() && element >= tangent_begin_ &&
+         jumps_[static_cast<std::size_t>(element - tangent_begin_)] != 0;
+}
+
+/// Replaces the damping in the tangent blocks of an element by that which is held.
+void Elements::add_held(std::size_t element) {
+  const std::size_t first = block_stride * (element - static_cast<std::size_t>(tangent_begin_));
+  for (std::size_t v = first; v < first + block_stride; ++v)
+    blocks_[v] = static_cast<float>(elastic_fractions_[element] * static_cast<double>(blocks_[v])) + held_[v];
+}
+
+std::array<Vec3, 4> Elements::multiply_held(Index element, const std::array<Vec3, 4>& vectors) const {
+  std::array<Vec3, 4> products;
+  for (int i = 0; i < 4; ++i) {
+    for (int j = 0; j < 4; ++j) {
+      if (i != j) at(products, i) += tangent_block(held_, element, i, j) * (at(vectors, j) - at(vectors, i));
+    }
+  }
+  return products;
+}
+
+/// Makes a part of the products of an element whose damping is held.
+/// \param products  by corner: of the whole on entry, of the part on return
+void Elements::put_part_of_held(std::size_t element, std::span<const simd::Padded3> vectors,
+                                StiffnessPart part, double* products) const {
+  std::array<Vec3, 4> own;
+  for (std::size_t k = 0; k < 4; ++k) own[k] = unpadded(at(vectors, corners_[element][k]));
+  const std::array<Vec3, 4> damping = multiply_held(static_cast<Index>(element), own);
+  for (std::size_t k = 0; k < 4; ++k) {
+    double* const at_corner = products + 4 * k;
+    const Vec3 whole{at_corner[0], at_corner[1], at_corner[2]};
+    store(part == StiffnessPart::damping ? damping[k] : whole - damping[k], at_corner);
+  }
+}
+
+/// Block (i, j), i != j, of an element among its tangent blocks.
+Matrix3 Elements::tangent_block(std::span<const float> blocks, Index element, int i, int j) const {
+  const float* values = &blocks[tangent_place(element, std::min(i, j), std::max(i, j))];
   Matrix3 block;
   for (std::size_t k = 0; k < 9; ++k) block.values[k] = static_cast<double>(values[k]);
   return i < j ? block : transposed(block);
@@ -251,10 +306,10 @@ void Elements::add_stiffness(Index element, int i, int j, Matrix3& block) const 
   if (element < tangent_begin_) {
     add(low_rank_block(element, i, j), 1.0);
   } else if (i != j) {
-    add(tangent_block(element, i, j), 1.0);
+    add(tangent_block(blocks_, element, i, j), 1.0);
   } else {
     for (int other = 0; other < 4; ++other) {
-      if (other != i) add(tangent_block(element, i, other), -1.0);
+      if (other != i) add(tangent_block(blocks_, element, i, other), -1.0);
     }
   }
 }
@@ -265,7 +320,7 @@ std::array<Vec3, 4> Elements::multiply(Index element, const std::array<Vec3, 4>&
     for (int j = 0; j < 4; ++j) {
       if (i == j) continue;
       const Matrix3 block =
-          element < tangent_begin_ ? low_rank_block(element, i, j) : tangent_block(element, i, j);
+          element < tangent_begin_ ? low_rank_block(element, i, j) : tangent_block(blocks_, element, i, j);
       at(products, i) += block * (at(vectors, j) - at(vectors, i));
     }
   }

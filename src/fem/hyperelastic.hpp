@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <span>
 
 #include <palpate/material.hpp>
@@ -8,6 +9,10 @@
 #include "fem/matrix.hpp"
 
 namespace palpate::fem {
+
+/// A part of the stiffness of an element in a step: that of its elastic force, or that of its stiffness
+/// damping.
+enum class StiffnessPart : std::uint8_t { whole, elastic, damping };
 
 /// A hyperelastic law of one element: with H = F - I, I1 = |F|^2, I2 = |cof F|^2 and J = det F its energy per
 /// volume at rest is

@@ -88,6 +88,7 @@ SmoothingDomains::SmoothingDomains(std::vector<SmoothedTet> tets, std::size_t po
   std::vector<Index> material(size());
   for (std::size_t d = 0; d < size(); ++d) material[d] = first_tet(d).material;
   viscosity_ = ViscousElements(materials, material);
+  elastic_fractions_.assign(size(), 1.0);
   stresses_.resize(size());
   densities_.resize(size());
   scales_.resize(size());

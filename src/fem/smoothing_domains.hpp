@@ -102,18 +102,25 @@ class SmoothingDomains {
   void add_forces(const parallel::Threads& threads, std::span<simd::Padded3> forces) const;
   /// Adds the energies of the last update() to those of elements, J.
   void add_energies(const parallel::Threads& threads, std::span<double> energies) const;
-  /// Adds K' times the vectors (n_points).
-  /// \param weights  empty, or a factor per element
-  void multiply(const parallel::Threads& threads, std::span<const simd::Padded3> vectors,
-                std::span<const double> weights, std::span<simd::Padded3> products) const;
-  /// Calls add(place, product) for the points of a domain. The product is K' of the domain times the vectors
-  /// of its points, which value(place) gives.
+  /// Sets which fraction of its factor is of elastic forces, for each element (Elements::set_factors()).
+  void set_elastic_fractions(std::span<const double> fractions);
+  /// As in Elements.
+  void hold_damping() { held_tangents_ = tangents_; }
+  void release_damping() { held_tangents_.clear(); }
+  [[nodiscard]] bool is_held(std::size_t domain) const {
+    return !held_tangents_.empty() && laws_[domain].fibre_stiffness > 0.0;
+  }
+  /// Adds K', or a part of it, times the vectors (n_points).
+  void multiply(const parallel::Threads& threads, std::span<const simd::Padded3> vectors, StiffnessPart part,
+                std::span<simd::Padded3> products) const;
+  /// Calls add(place, product) for the points of a domain. The product is K' of the domain, or a part of it,
+  /// times the vectors of its points, which value(place) gives.
   template <class Value, class Add>
-  void multiply(std::size_t domain, Value&& value, Add&& add) const {
+  void multiply(std::size_t domain, StiffnessPart part, Value&& value, Add&& add) const {
     Matrix3 gradient;
     for (std::size_t k = 0; k < points(domain).size(); ++k)
       add_outer(gradient, 1.0, value(k), rest_gradients_[begin_[domain] + k]);
-    const Matrix3 stress = stress_change(domain, gradient);
+    const Matrix3 stress = stress_change(domain, gradient, part);
     for (std::size_t k = 0; k < points(domain).size(); ++k)
       add(k, stress * rest_gradients_[begin_[domain] + k]);
   }
@@ -233,6 +240,7 @@ class SmoothingDomains {
   [[nodiscard]] static Twists twists_of(const ElementDeformation& deformation);
   void set_tangent(std::size_t domain, const Matrix3& h, const ElementDeformation& deformation);
   [[nodiscard]] Matrix3 stress_change(std::size_t domain, const Matrix3& gradient) const;
+  [[nodiscard]] Matrix3 stress_change(std::size_t domain, const Matrix3& gradient, StiffnessPart part) const;
 
   std::vector<SmoothedTet> tets_;
   std::vector<std::uint32_t> domain_of_tet_;  ///< domains_of_tet each
@@ -244,8 +252,9 @@ class SmoothingDomains {
   std::vector<double> volume_;
   std::vector<std::uint32_t> tet_begin_{0};  ///< (n_domains + 1)
   std::vector<std::uint32_t> domain_tets_;   ///< of each domain, into tets_
-  std::vector<HyperelasticLaw> laws_;     ///< of hyperelastic tissue, otherwise undefined; with full lambda
-  std::vector<std::size_t> entry_begin_;  ///< (n_points + 1)
+  std::vector<HyperelasticLaw> laws_;      ///< of hyperelastic tissue, otherwise undefined; with full lambda
+  std::vector<double> elastic_fractions_;  ///< (n_domains) of the factor
+  std::vector<std::size_t> entry_begin_;   ///< (n_points + 1)
   std::vector<Entry> entries_;
   ViscousElements viscosity_;           ///< Maxwell elements of the domains
   std::vector<Index> smoothed_points_;  ///< points with an entry
@@ -256,9 +265,10 @@ class SmoothingDomains {
   std::vector<Matrix3> rotations_;  ///< of corotational tissue
   std::vector<SymmetricMatrix3>
       twist_stiffness_;  ///< factor V sum a_k a_k^T of Twists, of corotational tissue
-  simd::AlignedVector<RotatedGradient> rotated_;  ///< as points_, of corotational tissue
-  std::vector<HyperelasticTangent> tangents_;     ///< of hyperelastic tissue
-  mutable std::vector<Matrix3> changes_;          ///< scratch
+  simd::AlignedVector<RotatedGradient> rotated_;    ///< as points_, of corotational tissue
+  std::vector<HyperelasticTangent> tangents_;       ///< of hyperelastic tissue
+  std::vector<HyperelasticTangent> held_tangents_;  ///< of damping that is held; otherwise empty
+  mutable std::vector<Matrix3> changes_;            ///< scratch
 };
 
 }  // namespace palpate::fem

@@ -24,6 +24,10 @@ void SmoothingDomains::set_tensions(std::span<const double> tensions, Index firs
     laws_[d].tension = at(tensions, element(d) - first) / viscosity_.stiffness(d);
 }
 
+void SmoothingDomains::set_elastic_fractions(std::span<const double> fractions) {
+  for (std::size_t d = 0; d < size(); ++d) elastic_fractions_[d] = at(fractions, element(d));
+}
+
 double SmoothingDomains::modulus(std::size_t domain) const {
   const SmoothedTet& tet = first_tet(domain);
   if (!is_volume(domain)) return tet.mu;
@@ -216,12 +220,27 @@ Matrix3 SmoothingDomains::stress_change(std::size_t domain, const Matrix3& gradi
   return times_transposed(change, transposed(r));
 }
 
+/// The same for a part of the stiffness.
+Matrix3 SmoothingDomains::stress_change(std::size_t domain, const Matrix3& gradient,
+                                        StiffnessPart part) const {
+  const double elastic = part == StiffnessPart::damping ? 0.0 : elastic_fractions_[domain];
+  const double damping = part == StiffnessPart::elastic ? 0.0 : 1.0 - elastic_fractions_[domain];
+  Matrix3 change = stress_change(domain, gradient);
+  if (!is_held(domain)) {
+    if (part == StiffnessPart::whole) return change;
+    for (double& value : change.values) value *= elastic + damping;
+    return change;
+  }
+  const Matrix3 held = stress_change_of(held_tangents_[domain], laws_[domain].fibre, gradient);
+  for (std::size_t k = 0; k < 9; ++k)
+    change.values[k] = elastic * change.values[k] + damping * scales_[domain] * held.values[k];
+  return change;
+}
+
 void SmoothingDomains::multiply(const parallel::Threads& threads, std::span<const simd::Padded3> vectors,
-                                std::span<const double> weights, std::span<simd::Padded3> products) const {
+                                StiffnessPart part, std::span<simd::Padded3> products) const {
   parallel::for_each(threads, size(), domain_grain, [&](std::size_t d) {
-    changes_[d] = stress_change(d, displacement_gradient(d, vectors));
-    if (weights.empty()) return;
-    for (double& value : changes_[d].values) value *= at(weights, element(d));
+    changes_[d] = stress_change(d, displacement_gradient(d, vectors), part);
   });
   parallel::for_each(threads, smoothed_points_.size(), smoothed_point_grain, [&](std::size_t i) {
     Vec3 sum;
@@ -236,8 +255,16 @@ void SmoothingDomains::multiply(const parallel::Threads& threads, std::span<cons
 SmoothingDomains::Block SmoothingDomains::hyperelastic_block(std::size_t domain, std::size_t a,
                                                              std::size_t b) const {
   const auto [first, second] = std::minmax(a, b);
-  const Matrix3 own =
-      block_of(tangents_[domain], laws_[domain].fibre, rest_gradients_[first], rest_gradients_[second]);
+  const auto block_by = [&](const HyperelasticTangent& tangent) {
+    return block_of(tangent, laws_[domain].fibre, rest_gradients_[first], rest_gradients_[second]);
+  };
+  Matrix3 own = block_by(tangents_[domain]);
+  if (is_held(domain)) {
+    const double elastic = elastic_fractions_[domain];
+    const Matrix3 held = block_by(held_tangents_[domain]);
+    for (std::size_t k = 0; k < 9; ++k)
+      own.values[k] = elastic * own.values[k] + (1.0 - elastic) * held.values[k];
+  }
   Block block;
   for (std::size_t k = 0; k < 9; ++k)
     block[k] = static_cast<float>(scales_[domain] * own.values[a <= b ? k : 3 * (k % 3) + k / 3]);

@@ -186,6 +186,34 @@ void settle(Dynamics& dynamics, std::span<const Vec3> forces, int steps, double 
   }
 }
 
+std::vector<Vec3> rotation_of(std::span<const double> masses, std::span<const Vec3> positions,
+                              std::span<const Vec3> velocities) {
+  double mass = 0.0;
+  Vec3 center;
+  Vec3 drift;
+  for (std::size_t i = 0; i < masses.size(); ++i) {
+    mass += masses[i];
+    center += masses[i] * positions[i];
+    drift += masses[i] * velocities[i];
+  }
+  center = (1.0 / mass) * center;
+  drift = (1.0 / mass) * drift;
+  Eigen::Vector3d momentum = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();
+  for (std::size_t i = 0; i < masses.size(); ++i) {
+    const Vec3 arm = positions[i] - center;
+    const Vec3 own = masses[i] * cross(arm, velocities[i] - drift);
+    const Eigen::Vector3d r(arm.x, arm.y, arm.z);
+    momentum += Eigen::Vector3d(own.x, own.y, own.z);
+    inertia += masses[i] * (r.squaredNorm() * Eigen::Matrix3d::Identity() - r * r.transpose());
+  }
+  const Eigen::Vector3d omega = inertia.ldlt().solve(momentum);
+  std::vector<Vec3> rotation;
+  for (const Vec3& p : positions)
+    rotation.push_back(cross(Vec3{omega.x(), omega.y(), omega.z()}, p - center));
+  return rotation;
+}
+
 Eigen::MatrixXd dense_stiffness(const Elements& elements, std::size_t point_count) {
   const auto n = 3 * static_cast<Eigen::Index>(point_count);
   Eigen::MatrixXd k = Eigen::MatrixXd::Zero(n, n);

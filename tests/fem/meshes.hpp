@@ -89,6 +89,10 @@ int inverted_tets(const Bodies& bodies, std::span<const Vec3> positions);
 /// Where a growing function is zero, by bisection.
 double zero_of(const std::function<double(double)>& f, double low, double high);
 
+/// Velocities of points that turn about their centre of mass like a rigid body with their angular momentum.
+std::vector<Vec3> rotation_of(std::span<const double> masses, std::span<const Vec3> positions,
+                              std::span<const Vec3> velocities);
+
 /// All stiffness blocks of elements scattered into one matrix.
 Eigen::MatrixXd dense_stiffness(const Elements& elements, std::size_t point_count);
 

@@ -88,29 +88,7 @@ TEST(Dynamics, StepSolvesTheEquationThatItStates) {
   const Eigen::MatrixXd m = masses.asDiagonal();
   const Eigen::MatrixXd c = material.mass_damping * m + material.stiffness_damping * k;
   // Stiffness damping leaves out the rotation with the same angular momentum.
-  Eigen::VectorXd rotation(n);
-  {
-    Eigen::Vector3d center = Eigen::Vector3d::Zero();
-    Eigen::Vector3d drift = Eigen::Vector3d::Zero();
-    double mass = 0.0;
-    for (Eigen::Index i = 0; i < n; i += 3) {
-      mass += masses[i];
-      center += masses[i] * to_eigen(start).segment<3>(i);
-      drift += masses[i] * to_eigen(before).segment<3>(i);
-    }
-    center /= mass;
-    drift /= mass;
-    Eigen::Vector3d momentum = Eigen::Vector3d::Zero();
-    Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();
-    for (Eigen::Index i = 0; i < n; i += 3) {
-      const Eigen::Vector3d r = to_eigen(start).segment<3>(i) - center;
-      momentum += masses[i] * r.cross(to_eigen(before).segment<3>(i) - drift);
-      inertia += masses[i] * (r.squaredNorm() * Eigen::Matrix3d::Identity() - r * r.transpose());
-    }
-    const Eigen::Vector3d omega = inertia.ldlt().solve(momentum);
-    for (Eigen::Index i = 0; i < n; i += 3)
-      rotation.segment<3>(i) = omega.cross(to_eigen(start).segment<3>(i) - center);
-  }
+  const Eigen::VectorXd rotation = to_eigen(rotation_of(dynamics.point_masses(), start, before));
   Eigen::VectorXd force = to_eigen(point_forces(elements)) + to_eigen(external);
   for (Eigen::Index i = 2; i < n; i += 3) force[i] += masses[i] * standard_gravity.z;
   Eigen::MatrixXd a = m + h * c + h * h * k;

@@ -148,6 +148,64 @@ TEST(MaterialSteps, EndAtTheSolutionOfTheNonlinearProblem) {
   std::printf("%d linearisations, errors %.2e to %.2e\n", solves, first, last);
 }
 
+/// The tangent of fibres jumps where they begin to be stretched. If their damping had the jump, too, there
+/// would be steps without a solution. It is that of the start: m (v - v_0) = h (f(x + h v) - b K(x) v), also
+/// where points are held, with the forces that hold them.
+TEST(MaterialSteps, DampFibresAsAtTheStart) {
+  constexpr double h = 0.01;
+  constexpr double damping = 0.02;
+  const Bodies bodies = single_body(irregular_box_mesh({4, 3, 3}, box, 0.2));
+  const auto held = select(bodies, [](const Vec3& p) { return p.x == 0.0; });
+  const std::vector<Vec3> start = noisy(bodies, 0.01, 4);
+  for (const ElementKind kind : {ElementKind::linear, ElementKind::smoothed}) {
+    Material m = tissue_of(0.45);
+    m.stiffness_damping = damping;
+    m.fibres = Fibres{.direction = {1.0, 0.0, 0.0}, .stiffness = 2e5, .exponent = 1.0};
+    m.elements = kind;
+    Dynamics dynamics = Scene{m, held, 1}.dynamics(bodies);
+    dynamics.set_positions(start);
+    dynamics.set_velocities(mapped(bodies, [](const Vec3& p) {
+      return Vec3{p.x * std::sin(12.0 * p.y + 9.0 * p.z), 0.0, 0.0};
+    }));
+    const std::vector<Vec3> before(dynamics.velocities().begin(), dynamics.velocities().end());
+    dynamics.find_constrained_elements();
+    dynamics.begin_step(h, {}, {});
+    int solves = 0;
+    do {
+      ASSERT_TRUE(dynamics.solve({}, {.tolerance = 1e-10, .max_iterations = 3000}).converged);
+    } while (++solves < 20 && dynamics.relinearise_tissue(1e-8));
+    ASSERT_LT(solves, 20);
+    std::vector<Vec3> holding(start.size());
+    dynamics.holding_forces({}, {}, holding);
+    dynamics.end_step();
+    const auto elements_at = [&](std::span<const Vec3> positions) {
+      Elements exact(bodies, std::vector<Material>(1, m), std::vector<std::uint8_t>(1, 0));
+      exact.update_one_by_one(positions);
+      return exact;
+    };
+    const std::vector<Vec3> elastic = point_forces(elements_at(dynamics.positions()));
+    // The rotation of the body is not damped.
+    std::vector<Vec3> strained = rotation_of(dynamics.point_masses(), start, before);
+    for (std::size_t i = 0; i < strained.size(); ++i) strained[i] = dynamics.velocities()[i] - strained[i];
+    const auto damped = [&](std::span<const Vec3> positions) {
+      return unpadded(elements_at(positions).multiply(parallel::Threads(1), padded(strained)));
+    };
+    const std::vector<Vec3> at_start = damped(start);
+    const std::vector<Vec3> at_end = damped(dynamics.positions());
+    double error = 0.0;
+    double jump = 0.0;
+    double size = 0.0;
+    for (std::size_t i = 0; i < before.size(); ++i) {
+      const Vec3 change = dynamics.point_masses()[i] * (dynamics.velocities()[i] - before[i]);
+      error += squared_length(change - h * (elastic[i] - damping * at_start[i] + holding[i]));
+      jump += squared_length(h * damping * (at_end[i] - at_start[i]));
+      size += squared_length(change);
+    }
+    EXPECT_LT(error, 1e-12 * size);
+    EXPECT_GT(jump, 0.01 * size);
+  }
+}
+
 /// Two kinds of bodies, and tets of three laws and with fibres in one of them.
 struct MixedBodies {
   MixedBodies() {

@@ -104,6 +104,25 @@ def held_block(**keys):
     }
 
 
+def test_steps_of_damped_fibres_converge():
+    """Their damping jumped with their stiffness where they began to be stretched: steps had no solution."""
+    fibres = {"direction": [1, 0, 0], "stiffness": 1e5}
+    tissue = {"model": "stable-neo-hookean", "young_modulus": 1e4, "poisson_ratio": 0.45, "mass_damping": 5,
+              "stiffness_damping": 0.001, "fibres": fibres}
+    for elements in ("linear", "smoothed"):
+        block = {"name": "block", "box": {"cells": [6, 3, 3], "size": [0.1, 0.04, 0.04]},
+                 "material": {**tissue, "elements": elements}}
+        simulation = palpate.Simulation({"time_step": 0.001, "gravity": [0, 0, 0], "bodies": [block]}, threads=1)
+        away = simulation.positions - simulation.positions.mean(axis=0)
+        simulation.set_velocities(away * [4.0, -2.0, 0.0], np.arange(len(away)))
+        solves = []
+        for _ in range(60):
+            simulation.step()
+            solves.append(simulation.metrics.solves)
+        assert simulation.steps_not_converged == 0
+        assert max(solves) <= 6
+
+
 def test_nothing_is_at_rest_before_a_ramp_has_ended():
     """A load and a muscle that act from 0.5 s on: the run ended after 0.05 s, with nothing moved."""
     ramp = {"times": [0.5, 1.0], "factors": [0, 1]}
