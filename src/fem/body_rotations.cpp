@@ -100,6 +100,14 @@ bool BodyRotations::swells(std::size_t body, const Vec3& angle, double energy) c
   return stretch_energies_[body] * swelling * swelling > allowed * energy;
 }
 
+/// The angle by which a body rotates freely in the step if that is more than half a turn, otherwise 0, rad.
+/// Rotation vectors do not count whole turns.
+double BodyRotations::whole_turns(std::size_t body) const {
+  const RigidMotion& start = starts_[body];
+  const double angle = start.dominates() ? time_step_ * length(start.angular_velocity()) : 0.0;
+  return angle > largest_known_angle ? angle : 0.0;
+}
+
 /// \param momentum  angular momentum at the end of the step
 void BodyRotations::set_frame(std::size_t body, const Vec3& angle, const Vec3& momentum) {
   const RigidMotion& start = starts_[body];
@@ -108,7 +116,7 @@ void BodyRotations::set_frame(std::size_t body, const Vec3& angle, const Vec3& m
     return turned(rotation, start.inverse_inertia, of_momentum);
   };
   const Vec3 angular_velocity = rotated_by(momentum);
-  const double coriolis = coriolis_fraction(length(angle));
+  const double coriolis = coriolis_fraction(std::max(length(angle), whole_turns(body)));
   // The angular momentum of a step without forces: that of the rigid motion, and of the deformation.
   Vec3 at_end = rotated(rotation, start.momentum);
   constexpr std::array<Vec3, 3> axes{Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}};
@@ -191,7 +199,10 @@ bool BodyRotations::any() const {
 
 double BodyRotations::largest_angle() const {
   double largest = 0.0;
-  for (const Frame& frame : frames_) largest = std::max(largest, length(frame.angle));
+  for (std::size_t body = 0; body < frames_.size(); ++body) {
+    if (stretch_energies_[body] > 0.0)
+      largest = std::max({largest, length(frames_[body].angle), whole_turns(body)});
+  }
   return largest;
 }
 

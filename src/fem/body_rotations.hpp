@@ -70,7 +70,7 @@ class BodyRotations {
   [[nodiscard]] bool any() const;
   /// The angle of the frame of a body, rad; 0 without a frame.
   [[nodiscard]] double angle(Index body) const { return length(at(frames_, body).angle); }
-  /// The largest angle of a frame, rad.
+  /// The largest angle of a frame, with whole turns, rad. O(n_bodies).
   [[nodiscard]] double largest_angle() const;
   /// Chooses the bodies whose points move along arcs instead of the straight paths of a solution with these
   /// `velocities`: those that straight paths would expand. Returns whether there are any. O(n_points).
@@ -165,6 +165,7 @@ class BodyRotations {
   [[nodiscard]] Vec3 angle_of(std::size_t body, const RigidMotion& mean, std::span<const Vec3> positions,
                               std::span<const Vec3> velocities) const;
   [[nodiscard]] bool swells(std::size_t body, const Vec3& angle, double energy) const;
+  [[nodiscard]] double whole_turns(std::size_t body) const;
   void set_frame(std::size_t body, const Vec3& angle, const Vec3& momentum);
 
   std::vector<Body> bodies_;
