@@ -48,7 +48,7 @@ class Frame {
   /// The threads for short loops over all points: the calling thread alone if waking another takes longer
   /// than the loops.
   [[nodiscard]] const parallel::Threads& grid_threads() const {
-    constexpr std::size_t points_worth_sharing = 30000;
+    constexpr std::size_t points_worth_sharing = 100000;
     return in_a_tet_.size() < points_worth_sharing ? one_thread_ : threads_;
   }
   [[nodiscard]] const Lattice& lattice() const { return lattice_; }

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "geometry/triangle.hpp"
+#include "simd/triangle_normals.hpp"
 
 namespace palpate {
 namespace {
@@ -14,17 +15,6 @@ constexpr double flat_sine = 1e-3;
 /// A point is hollow although the surface bends outwards there, if that is less than this fraction of its
 /// bend inwards: measured surfaces are not smooth.
 constexpr double outwards_of_inwards = 0.3;
-
-/// Height of the third corner of `other` over the plane of a triangle with this normal through x, one of
-/// their common corners: above zero if the surface bends inwards.
-double height_of(const Bodies& bodies, const Triangle& other, const Vec3& normal, const Vec3& x) {
-  double height = 0.0;
-  for (const Index point : other) {
-    const double of_point = dot(normal, at(bodies.points_rest(), point) - x);
-    if (std::abs(of_point) > std::abs(height)) height = of_point;
-  }
-  return height;
-}
 
 }  // namespace
 
@@ -37,10 +27,12 @@ SurfaceJoints::SurfaceJoints(const Bodies& bodies)
   std::ranges::transform(bends, hollow_.begin(), [](const Bends& b) {
     return b.inwards > 0.0 && b.outwards <= outwards_of_inwards * b.inwards ? 1 : 0;
   });
-  add_creases(bodies, 0, [&](Index t, std::size_t i, Index, Index) { return over(t, i) < 0; });
-  add_creases(bodies, 6, [&](Index t, std::size_t i, Index first, Index second) {
-    return over(t, i) >= 0 && (smooth_over(t, i, first) < 0 || smooth_over(t, i, second) < 0);
-  });
+  add_creases(bodies, simd::SmoothTriangle::sharp_bits,
+              [&](Index t, std::size_t i, Index, Index) { return over(t, i) < 0; });
+  add_creases(bodies, simd::SmoothTriangle::hollow_bits,
+              [&](Index t, std::size_t i, Index first, Index second) {
+                return over(t, i) >= 0 && (smooth_over(t, i, first) < 0 || smooth_over(t, i, second) < 0);
+              });
 }
 
 void SurfaceJoints::find_bends(const Bodies& bodies, std::vector<Bends>& bends) {
@@ -59,7 +51,7 @@ void SurfaceJoints::find_bends(const Bodies& bodies, std::vector<Bends>& bends) 
       const Index first = triangles[t][(i + 1) % 3];
       const Index second = triangles[t][(i + 2) % 3];
       const bool is_inwards =
-          height_of(bodies, at(triangles, side.other), normals[t], at(bodies.points_rest(), first)) > 0.0;
+          height_of_third(bodies.points_rest(), at(triangles, side.other), first, second, normals[t]) > 0.0;
       for (const Index point : {first, second}) {
         double& most = is_inwards ? at(bends, point).inwards : at(bends, point).outwards;
         most = std::max(most, sine);

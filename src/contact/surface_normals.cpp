@@ -40,8 +40,8 @@ struct SurfaceNormals::Fan {
   Index body;
   Index length;  ///< number of triangles
   Index number;  ///< by point, then by the first triangle
-  Index group;
-  Index begin;  ///< place of its triangles in a list
+  Index group;   ///< number of the first fan that is connected with it
+  Index begin;   ///< place of its triangles in a list
 };
 
 SurfaceNormals::SurfaceNormals(const Bodies& bodies) {
@@ -209,13 +209,15 @@ Vec3 SurfaceNormals::interpolated(std::span<const Vec3> positions, Index triangl
   };
   Vec3 normal;
   for (std::size_t i = 0; i < 3; ++i) normal += w[i] * unit_of(t.fans[i]);
-  if (const double from = from_crease(positions, triangle, w, distance, 6); from < 1.0) {
+  if (const double from = from_crease(positions, triangle, w, distance, simd::SmoothTriangle::hollow_bits);
+      from < 1.0) {
     normal = blended(normal, from, [&](std::size_t i) {
       const Index group = at(group_of_fan_, t.fans[i]);
       return mean_at(i, [&](Index fan) { return at(group_of_fan_, fan) == group; });
     });
   }
-  if (const double from = from_crease(positions, triangle, w, distance, 0); from < 1.0)
+  if (const double from = from_crease(positions, triangle, w, distance, simd::SmoothTriangle::sharp_bits);
+      from < 1.0)
     normal = blended(normal, from, [&](std::size_t i) { return mean_at(i, [](Index) { return true; }); });
   normal = normalized(normal);
   return normal == Vec3{} ? normalized(area_vector(positions, t.corners)) : normal;

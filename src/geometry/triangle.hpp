@@ -23,6 +23,15 @@ inline Vec3 area_vector(std::span<const Vec3> positions, const Triangle& t) {
   return area_vector(corners_of(positions, t));
 }
 
+/// Height of the third corner of a triangle over the plane through its side (a, b) with this unit normal, m.
+/// If that is the outward normal of the other triangle at the side, it is above zero where the surface bends
+/// inwards.
+inline double height_of_third(std::span<const Vec3> positions, const Triangle& t, Index a, Index b,
+                              const Vec3& normal) {
+  const Index third = *std::find_if(t.begin(), t.end(), [&](Index p) { return p != a && p != b; });
+  return dot(normal, at(positions, third) - at(positions, a));
+}
+
 /// Weights of a point of a triangle, none negative, sum 1; all equal where the triangle has no area.
 /// \param area  area_vector() of the corners
 inline std::array<double, 3> weights_in(const std::array<Vec3, 3>& corners, const Vec3& area, const Vec3& x) {

@@ -47,8 +47,7 @@ double sharpness(const EdgeResponse::Frame& frame, Index edge) {
   const Vec3 normal = normalized(area_vector(frame.positions, at(frame.bodies.triangles(), first)));
   const Vec3 other_normal = normalized(area_vector(frame.positions, other));
   const Edge& ends = at(frame.bodies.edges(), edge);
-  const Index third = *std::ranges::find_if(other, [&](Index p) { return p != ends[0] && p != ends[1]; });
-  if (dot(normal, at(frame.positions, third) - at(frame.positions, ends[0])) >= 0.0) return 0.0;
+  if (height_of_third(frame.positions, other, ends[0], ends[1], normal) >= 0.0) return 0.0;
   if (dot(normal, other_normal) < surely_sharp) return 1.0;
   return std::min(1.0, length(cross(normal, other_normal)) / sharp);
 }

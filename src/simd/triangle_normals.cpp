@@ -161,7 +161,7 @@ bool is_near_crease(std::uint32_t creases, const std::array<double, 3>& weights,
     near |= (weights[i] < margin ? 1U : 0U) << i;
     near |= (1.0 - weights[i] < margin ? 8U : 0U) << i;
   }
-  return ((creases | creases >> 6U) & near) != 0;
+  return (((creases >> SmoothTriangle::sharp_bits) | (creases >> SmoothTriangle::hollow_bits)) & near) != 0;
 }
 
 /// Appends the doubtful ones of a block.

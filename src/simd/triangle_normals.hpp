@@ -16,8 +16,10 @@ namespace palpate::simd {
 struct SmoothTriangle {
   std::array<Index, 3> corners;
   std::array<Index, 3> fans;
-  /// Bits 0-2: the edge opposite corner i is a sharp crease; bits 3-5: corner i is an end of a sharp crease.
-  /// Bits 6-11: the same for creases at hollow points.
+  /// The first bit of each kind of crease: sharp ones, and those at hollow points. In a kind, bits 0-2: the
+  /// edge opposite corner i is a crease; bits 3-5: corner i is an end of a crease.
+  static constexpr unsigned sharp_bits = 0;
+  static constexpr unsigned hollow_bits = 6;
   std::uint32_t creases = 0;
 };
 struct SmoothTriangles {
