@@ -2,6 +2,7 @@
 #include <array>
 
 #include "fem/dynamics.hpp"
+#include "fem/grains.hpp"
 #include "fem/padded_vectors.hpp"
 
 // Forces that hold the points that are not free, or not free along all axes.

@@ -313,6 +313,7 @@ void Elements::update(const parallel::Threads& threads, std::span<const Vec3> po
                           put_corotational_blocks(e);
                         }
                         if (viscosity_.has(e)) add_viscous_forces(e, positions, of_element);
+                        if (may_pull(e)) put_pulled(e, positions);
                         if (is_held(static_cast<Index>(e))) add_held(e);
                         add_tension(e, of_element, tense);
                       }
@@ -345,6 +346,7 @@ void Elements::update_one_by_one(std::span<const Vec3> positions, std::span<simd
                         double* const of_element = &forces[16 * (e - begin)];
                         update_element(e, positions, of_element);
                         if (viscosity_.has(e)) add_viscous_forces(e, positions, of_element);
+                        if (may_pull(e)) put_pulled(e, positions);
                         if (is_held(static_cast<Index>(e))) add_held(e);
                         add_tension(e, of_element, tense);
                       }

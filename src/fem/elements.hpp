@@ -241,6 +241,7 @@ class Elements {
   [[nodiscard]] simd::HyperelasticPass hyperelastic_pass(const simd::ElementPass& pass);
   void update_element(std::size_t element, std::span<const Vec3> positions, double* forces);
   void update_hyperelastic(std::size_t element, std::span<const Vec3> positions, double* forces);
+  void put_pulled(std::size_t element, std::span<const Vec3> positions);
   void put_corotational_blocks(std::size_t element);
   void add_tension(std::size_t element, const double* forces, std::vector<TenseElements::Tense>& tense);
   void add_tension_blocks(std::size_t element, const SymmetricMatrix3& q);
@@ -256,6 +257,9 @@ class Elements {
   [[nodiscard]] HyperelasticLaw whole_law_of(std::size_t element) const;
   [[nodiscard]] HyperelasticLaw law_of(std::size_t element) const;
   [[nodiscard]] Matrix3 tangent_block(std::span<const float> blocks, Index element, int i, int j) const;
+  [[nodiscard]] bool may_pull(std::size_t element) const {
+    return has_tangent_blocks(element) && pulls_[element - static_cast<std::size_t>(tangent_begin_)] != 0;
+  }
   void add_held(std::size_t element);
   void put_part_of_held(std::size_t element, std::span<const simd::Padded3> vectors, StiffnessPart part,
                         double* products) const;
@@ -330,6 +334,7 @@ class Elements {
   std::vector<double> tension_;        ///< Pa; laws_ hold it divided by the stiffness factor of viscosity
   simd::AlignedVector<float> blocks_;  ///< simd::block_stride each
   std::vector<std::uint8_t> jumps_;    ///< 1: has passive fibres, and is not smoothed
+  std::vector<std::uint8_t> pulls_;    ///< 1: has fibres, and is not smoothed
   bool has_jumps_ = false;             ///< or a smoothed tet has
   std::vector<float> held_;            ///< as blocks_: those of damping that is held; otherwise empty
   simd::AlignedVector<simd::Padded3> displacements_;  ///< (n_points), scratch

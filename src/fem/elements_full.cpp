@@ -4,6 +4,7 @@
 
 #include "fem/elements.hpp"
 #include "fem/padded_vectors.hpp"
+#include "fem/pulled_tangent.hpp"
 #include "fem/row_order.hpp"
 #include "geometry/vector.hpp"
 
@@ -100,6 +101,7 @@ void Elements::add_law(const Materials& materials, Index tet, Index body) {
   const bool jumps = hyperelastic_.back() != 0 && fibres.stiffness > 0.0;
   has_jumps_ = has_jumps_ || jumps;
   jumps_.push_back(jumps && smoothed_.back() == 0 ? 1 : 0);
+  pulls_.push_back(hyperelastic_.back() != 0 && fibres.any() && smoothed_.back() == 0 ? 1 : 0);
   material_.push_back(materials.index_of(tet, body));
   active_stress_.push_back(fibres.active_stress);
   tension_.push_back(0.0);
@@ -213,6 +215,17 @@ void Elements::update_hyperelastic(std::size_t element, std::span<const Vec3> po
   std::array<double, tangent_values> blocks{};
   put_blocks(tangent(law, h), law.fibre, gradients, factor_[element] * volume_[element], blocks);
   std::ranges::transform(blocks, &blocks_[place], [](double value) { return static_cast<float>(value); });
+}
+
+/// Replaces the tangent blocks of an element whose fibres pull (put_pulled_blocks()).
+void Elements::put_pulled(std::size_t element, std::span<const Vec3> positions) {
+  const std::array gradients{gradient_rest(element, 1), gradient_rest(element, 2), gradient_rest(element, 3)};
+  std::array<double, tangent_values> blocks{};
+  if (!put_pulled_blocks(law_of(element), displacement_gradient(element, positions), gradients,
+                         factor_[element] * volume_[element], blocks))
+    return;
+  float* const own = &blocks_[block_stride * (element - static_cast<std::size_t>(tangent_begin_))];
+  std::ranges::transform(blocks, own, [](double value) { return static_cast<float>(value); });
 }
 
 void Elements::put_corotational_blocks(std::size_t element) {

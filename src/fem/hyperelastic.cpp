@@ -45,28 +45,6 @@ FibreEnergy passive_energy(double stiffness, double exponent, double e) {
   return energy;
 }
 
-/// State of the fibres at F: w, and coefficients of the stress c w f^T and of the tangent.
-struct FibreState {
-  Vec3 stretched;
-  double energy = 0.0;
-  double stress = 0.0;
-  double along = 0.0;
-};
-
-FibreState fibre_state(const HyperelasticLaw& law, const Matrix3& h) {
-  if (law.fibre == Vec3{}) return {};
-  const Vec3 change = h * law.fibre;
-  const Vec3 w = law.fibre + change;
-  const double e = 2.0 * dot(law.fibre, change) + squared_length(change);
-  const FibreEnergy passive = passive_energy(law.fibre_stiffness, law.fibre_exponent, e);
-  const double rest_length = std::sqrt(1.0 + least_squared_length);
-  const double length = std::sqrt(1.0 + least_squared_length + e);
-  const double pull = law.tension / length;
-  // length - rest_length without cancellation
-  return {w, passive.value + law.tension * (e / (length + rest_length)), 2.0 * passive.slope + pull,
-          4.0 * passive.curvature - pull / (length * length)};
-}
-
 Matrix3 product(const SymmetricMatrix3& a, const Matrix3& b) {
   Matrix3 c;
   for (int j = 0; j < 3; ++j) {
@@ -167,6 +145,20 @@ void add_fibre_block(const HyperelasticTangent& t, double weight, Matrix3& block
 
 }  // namespace
 
+FibreState fibre_state(const HyperelasticLaw& law, const Matrix3& h) {
+  if (law.fibre == Vec3{}) return {};
+  const Vec3 change = h * law.fibre;
+  const Vec3 w = law.fibre + change;
+  const double e = 2.0 * dot(law.fibre, change) + squared_length(change);
+  const FibreEnergy passive = passive_energy(law.fibre_stiffness, law.fibre_exponent, e);
+  const double rest_length = std::sqrt(1.0 + least_squared_length);
+  const double length = std::sqrt(1.0 + least_squared_length + e);
+  const double pull = law.tension / length;
+  // length - rest_length without cancellation
+  return {w, passive.value + law.tension * (e / (length + rest_length)), 2.0 * passive.slope + pull,
+          4.0 * passive.curvature - pull / (length * length)};
+}
+
 InvariantModuli invariant_moduli(const Material& material) {
   const double mu = material.young_modulus / (2.0 * (1.0 + material.poisson_ratio));
   const double fraction = material.model == MaterialModel::mooney_rivlin ? material.mooney_fraction : 0.0;
@@ -253,27 +245,13 @@ void put_blocks(const HyperelasticTangent& t, const Vec3& fibre, const std::arra
                 double scale, std::span<double, tangent_values> blocks) {
   std::array<Vec3, 3> turned;
   for (std::size_t i = 0; i < 3; ++i) turned[i] = right_frame(t, gradients[i]);
-  std::array<Matrix3, 3> sums;  // of column j over rows 1 to 3
-  for (int i = 0; i < 3; ++i) {
-    for (int j = i; j < 3; ++j) {
-      const auto a = static_cast<std::size_t>(i);
-      const auto b = static_cast<std::size_t>(j);
-      Matrix3 block = rotated_block(t, turned[a], turned[b]);
-      add_fibre_block(t, dot(fibre, gradients[a]) * dot(fibre, gradients[b]), block);
-      for (int r = 0; r < 3; ++r) {
-        for (int c = 0; c < 3; ++c) {
-          sums[b](r, c) += block(r, c);
-          if (i == j) continue;
-          sums[a](r, c) += block(c, r);
-          blocks[block_place(i + 1, j + 1) + static_cast<std::size_t>(3 * r + c)] = scale * block(r, c);
-        }
-      }
-    }
-  }
-  for (int j = 0; j < 3; ++j) {
-    const Matrix3& sum = sums[static_cast<std::size_t>(j)];
-    for (std::size_t k = 0; k < 9; ++k) blocks[block_place(0, j + 1) + k] = -scale * sum.values[k];
-  }
+  put_blocks(
+      [&](std::size_t a, std::size_t b) {
+        Matrix3 block = rotated_block(t, turned[a], turned[b]);
+        add_fibre_block(t, dot(fibre, gradients[a]) * dot(fibre, gradients[b]), block);
+        return block;
+      },
+      scale, blocks);
 }
 
 }  // namespace palpate::fem

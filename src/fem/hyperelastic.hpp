@@ -54,6 +54,16 @@ struct HyperelasticResponse {
 /// \param h  F - I
 [[nodiscard]] HyperelasticResponse respond(const HyperelasticLaw& law, const Matrix3& h);
 
+/// State of the fibres at F: w, their energy per volume, and coefficients of their stress c w f^T and of its
+/// derivative, (along w w^T + c I) along f f^T.
+struct FibreState {
+  Vec3 stretched;
+  double energy = 0.0;
+  double stress = 0.0;
+  double along = 0.0;
+};
+[[nodiscard]] FibreState fibre_state(const HyperelasticLaw& law, const Matrix3& h);
+
 /// The derivative of the stress, in the frames of the singular value decomposition F = U diag(s) V^T, with
 /// its negative eigenvalues set to zero: for dF = U A V^T it is U B V^T with
 ///   B_pp = sum_q stretch_pq A_qq,  B_pq = same_r A_pq + other_r A_qp,  r the axis that is neither p nor q.
@@ -91,8 +101,31 @@ inline constexpr std::size_t tangent_values = 9 * tangent_blocks;
   return 9 * static_cast<std::size_t>(i == 0 ? j - 1 : i + j);
 }
 
+/// \param block_between  function: the block per volume of two of the corners 1 to 3, numbered from 0
+/// \param scale          of all blocks: volume times factor
+template <class BlockBetween>
+void put_blocks(const BlockBetween& block_between, double scale, std::span<double, tangent_values> blocks) {
+  std::array<Matrix3, 3> sums;  // of column j over rows 1 to 3
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = i; j < 3; ++j) {
+      const Matrix3 block = block_between(i, j);
+      for (int r = 0; r < 3; ++r) {
+        for (int c = 0; c < 3; ++c) {
+          sums[j](r, c) += block(r, c);
+          if (i == j) continue;
+          sums[i](r, c) += block(c, r);
+          blocks[block_place(static_cast<int>(i) + 1, static_cast<int>(j) + 1) +
+                 static_cast<std::size_t>(3 * r + c)] = scale * block(r, c);
+        }
+      }
+    }
+  }
+  for (int j = 0; j < 3; ++j) {
+    const Matrix3& sum = sums[static_cast<std::size_t>(j)];
+    for (std::size_t k = 0; k < 9; ++k) blocks[block_place(0, j + 1) + k] = -scale * sum.values[k];
+  }
+}
 /// \param gradients  of the shape functions of corners 1 to 3 at rest
-/// \param scale      of all blocks: volume times factor
 void put_blocks(const HyperelasticTangent& tangent, const Vec3& fibre, const std::array<Vec3, 3>& gradients,
                 double scale, std::span<double, tangent_values> blocks);
 

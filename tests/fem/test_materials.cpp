@@ -9,6 +9,7 @@
 #include "fem/hyperelastic.hpp"
 #include "fem/laws.hpp"
 #include "fem/meshes.hpp"
+#include "fem/pulled_tangent.hpp"
 #include "fem/stress.hpp"
 
 namespace palpate::fem::test {
@@ -105,11 +106,31 @@ void expect_stress(const Material& m, double tension) {
   }
 }
 
-/// The blocks are those of the exact Hessian without its negative eigenvalues.
-void expect_tangent(const Material& m, double tension) {
-  const std::array<Vec3, 3> gradients{Vec3{1.0, 0.2, -0.3}, Vec3{0.1, 1.5, 0.4}, Vec3{-0.7, 0.3, 0.9}};
+constexpr std::array<Vec3, 3> gradients{Vec3{1.0, 0.2, -0.3}, Vec3{0.1, 1.5, 0.4}, Vec3{-0.7, 0.3, 0.9}};
+
+/// The blocks above the diagonal are those of a tangent d vec(P) / d vec(F), times `scale`.
+void expect_blocks(const std::array<double, tangent_values>& blocks, const Matrix9& c, double scale) {
   const std::array<Vec3, 4> g{-(gradients[0] + gradients[1] + gradients[2]), gradients[0], gradients[1],
                               gradients[2]};
+  for (int i = 0; i < 4; ++i) {
+    for (int j = i + 1; j < 4; ++j) {
+      for (int a = 0; a < 3; ++a) {
+        for (int b = 0; b < 3; ++b) {
+          double sum = 0.0;
+          for (int k = 0; k < 3; ++k) {
+            for (int l = 0; l < 3; ++l)
+              sum += to_eigen(at(g, i))[k] * c(3 * a + k, 3 * b + l) * to_eigen(at(g, j))[l];
+          }
+          EXPECT_NEAR(at(blocks, static_cast<Index>(block_place(i, j)) + 3 * a + b), scale * sum,
+                      1e-6 * scale * c.norm());
+        }
+      }
+    }
+  }
+}
+
+/// The blocks are those of the exact Hessian without its negative eigenvalues.
+void expect_tangent(const Material& m, double tension) {
   for (const Matrix& f : deformations(6)) {
     if (!is_smooth(m, f)) continue;
     Material ground = m;
@@ -119,21 +140,7 @@ void expect_tangent(const Material& m, double tension) {
     const HyperelasticLaw law = law_of(m, tension);
     std::array<double, tangent_values> blocks{};
     put_blocks(tangent(law, minus_identity(f)), law.fibre, gradients, 2.0, blocks);
-    for (int i = 0; i < 4; ++i) {
-      for (int j = i + 1; j < 4; ++j) {
-        for (int a = 0; a < 3; ++a) {
-          for (int b = 0; b < 3; ++b) {
-            double sum = 0.0;
-            for (int k = 0; k < 3; ++k) {
-              for (int l = 0; l < 3; ++l)
-                sum += to_eigen(at(g, i))[k] * c(3 * a + k, 3 * b + l) * to_eigen(at(g, j))[l];
-            }
-            EXPECT_NEAR(at(blocks, static_cast<Index>(block_place(i, j)) + 3 * a + b), 2.0 * sum,
-                        2e-6 * c.norm());
-          }
-        }
-      }
-    }
+    expect_blocks(blocks, c, 2.0);
   }
 }
 
@@ -153,6 +160,43 @@ TEST(FibreMaterial, HasStressAndTangentOfItsEnergy) {
     expect_stress(m, 5e3);
     expect_tangent(m, 5e3);
   }
+}
+
+/// Where fibres pull, the tangent is the exact Hessian of fibres and tissue together, without the negative
+/// part of S = F^-1 P in the term dF S of dP; and it has no negative eigenvalue.
+TEST(FibreMaterial, ThatPullsHasTheWholeTangent) {
+  std::mt19937_64 random(8);
+  std::uniform_real_distribution<double> uniform(0.0, 1.0);
+  int whole = 0;
+  for (const Material& base :
+       {with(MaterialModel::stable_neo_hookean, 0.45), with(MaterialModel::mooney_rivlin, 0.3),
+        with(MaterialModel::stable_neo_hookean, 0.0)}) {
+    Material m = base;
+    m.fibres = Fibres{.direction = {1.0, -2.0, 0.5}, .stiffness = 3e3, .exponent = 0.2};
+    for (int n = 0; n < 30; ++n) {
+      const Eigen::Vector3d s(0.8 + 0.4 * uniform(random), 0.8 + 0.4 * uniform(random),
+                              0.8 + 0.4 * uniform(random));
+      const Matrix f =
+          (to_eigen(random_rotation(random)) * s.asDiagonal() * to_eigen(random_rotation(random)).transpose())
+              .cast<Real>();
+      if (!is_smooth(m, f)) continue;
+      const double tension = 2e4 * uniform(random);
+      std::array<double, tangent_values> blocks{};
+      if (!put_pulled_blocks(law_of(m, tension), minus_identity(f), gradients, 2.0, blocks)) continue;
+      ++whole;
+      const Eigen::Matrix3d stress_now = stress(m, f, tension).cast<double>();
+      const Eigen::Matrix3d second = f.cast<double>().inverse() * stress_now;
+      const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(0.5 * (second + second.transpose()));
+      const Eigen::Matrix3d negative = solver.eigenvectors() *
+                                       solver.eigenvalues().cwiseMin(0.0).asDiagonal() *
+                                       solver.eigenvectors().transpose();
+      Matrix9 c = hessian(m, f, tension);
+      for (int i = 0; i < 3; ++i) c.block<3, 3>(3 * i, 3 * i) -= negative;
+      expect_blocks(blocks, c, 2.0);
+      EXPECT_GT(Eigen::SelfAdjointEigenSolver<Matrix9>(c).eigenvalues()[0], -1e-5 * c.norm());
+    }
+  }
+  EXPECT_GT(whole, 60);
 }
 
 /// Beyond the range of the exponential: finite, and smooth at the border to the polynomial.
