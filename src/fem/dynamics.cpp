@@ -148,7 +148,7 @@ Dynamics::Dynamics(const Bodies& bodies, const Materials& materials, std::vector
   for (std::size_t d = 0; d < elements_.smoothing().size(); ++d)
     at(braked_bodies_, at(elements_.body_of_element(), elements_.smoothing().element(d))) = 1;
   for (auto* vector : {&velocities_, &velocity_changes_, &point_forces_, &mean_velocities_,
-                       &linear_positions_, &loads_, &linear_forces_}) {
+                       &linear_positions_, &loads_, &linear_forces_, &damping_changes_}) {
     vector->resize(points);
   }
   for (auto* vector : {&solution_, &right_side_, &free_right_side_, &base_velocities_, &rotation_velocities_,

@@ -296,6 +296,7 @@ class Dynamics {
     return tolerance > 0.0 ? std::max(error_scale_, rounding_ / tolerance) : error_scale_;
   }
   void add_damping_of_rotation();
+  void remove_damping_torque();
   void add_displacement_forces();
   [[nodiscard]] bool is_nonlinear(std::size_t point) const { return nonlinear_points_[point] != 0; }
   [[nodiscard]] std::span<const Vec3> linear_positions() const;
@@ -384,6 +385,7 @@ class Dynamics {
   std::vector<std::uint8_t> free_bodies_;     ///< (n_bodies) 1: no point is held; 2: and braked
   std::vector<std::uint8_t> turning_bodies_;  ///< free_bodies_ without prescribed points in this step
   bool has_stiffness_damping_ = false;
+  std::vector<Vec3> damping_changes_;           ///< (n_points) scratch of remove_damping_torque(), m/s
   std::vector<double> nonlinear_stiffness_;     ///< (n_points) of a point at rest, by nonlinear tets, N/m
   std::span<const Vec3> turning_forces_;        ///< ExternalForces::turning of the step
   std::vector<Vec3> lost_impulses_;             ///< (n_bodies) scratch of end_step(), N m s

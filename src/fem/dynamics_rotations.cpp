@@ -126,4 +126,35 @@ void Dynamics::add_damping_of_rotation() {
   });
 }
 
+/// Takes the torque out of the stiffness damping of free bodies of hyperelastic or smoothed tets, as it was
+/// with the last solution, or will be if velocities change as in the last step. The derivative of the forces
+/// has a part by their rotation, -f x v, so in strained tissue the damping K' v has the torque of sum f x v,
+/// whatever the step: a bar that was let go from a sheared shape began to spin. Newton's method makes the
+/// torque zero at its end.
+void Dynamics::remove_damping_torque() {
+  const double rate = 1.0 / time_step_;
+  parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
+    const Vec3 rigid = rotations_.rigid_displacement(body_of_point_[i], positions_[i]);
+    Vec3 velocity = refined_ ? mean_velocities_[i] : unpadded(base_velocities_[i]);
+    if (!refined_ && !rotations_.any()) velocity += velocity_changes_[i];
+    displacements_[i] = padded(velocity - rate * rigid);
+  });
+  const std::span<const Vec3> linearised = linear_positions();
+  const auto products = elements_.multiply(threads_, displacements_, StiffnessPart::damping);
+  parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
+    damping_changes_[i] = masses_[i] > 0.0 ? (1.0 / masses_[i]) * unpadded(products[i]) : Vec3{};
+  });
+  parallel::for_each(threads_, bodies_.size(), 1, [&](std::size_t body) {
+    const Range points = bodies_[body].points;
+    if (free_bodies_[body] != 2) return;
+    const RigidMotion lost = rigid_motion(points, masses_, linearised, damping_changes_);
+    const Vec3 rotation = lost.angular_velocity();
+    if (!is_finite(rotation)) return;
+    for (Index p = points.begin; p < points.end; ++p) {
+      const auto i = static_cast<std::size_t>(p);
+      point_forces_[i] += (rate * masses_[i]) * cross(rotation, linearised[i] - lost.center);
+    }
+  });
+}
+
 }  // namespace palpate::fem

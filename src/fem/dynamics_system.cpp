@@ -41,6 +41,7 @@ void Dynamics::form_system() {
     add_rotation_forces();
   }
   if (has_stiffness_damping_) add_damping_of_rotation();
+  if (has_stiffness_damping_ && !second_order_) remove_damping_torque();
   compute_free_right_side();
 }
 
