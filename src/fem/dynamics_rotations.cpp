@@ -1,4 +1,6 @@
 // Rotating frames of bodies in a step.
+#include <algorithm>
+
 #include "fem/dynamics.hpp"
 #include "fem/grains.hpp"
 #include "fem/padded_vectors.hpp"
@@ -132,6 +134,7 @@ void Dynamics::add_damping_of_rotation() {
 /// whatever the step: a bar that was let go from a sheared shape began to spin. Newton's method makes the
 /// torque zero at its end.
 void Dynamics::remove_damping_torque() {
+  if (std::ranges::find(turning_bodies_, 2) == turning_bodies_.end()) return;
   const double rate = 1.0 / time_step_;
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
     const Vec3 rigid = rotations_.rigid_displacement(body_of_point_[i], positions_[i]);
@@ -146,7 +149,7 @@ void Dynamics::remove_damping_torque() {
   });
   parallel::for_each(threads_, bodies_.size(), 1, [&](std::size_t body) {
     const Range points = bodies_[body].points;
-    if (free_bodies_[body] != 2) return;
+    if (turning_bodies_[body] != 2) return;
     const RigidMotion lost = rigid_motion(points, masses_, linearised, damping_changes_);
     const Vec3 rotation = lost.angular_velocity();
     if (!is_finite(rotation)) return;

@@ -44,7 +44,6 @@ Elements::Elements(const Bodies& bodies, const Materials& materials, std::span<c
   plastic_strains_.resize(plasticity_.size());
   factor_.assign(corners_.size(), 1.0);
   elastic_fractions_.assign(tets_.size(), 1.0);
-  damping_fractions_.assign(tets_.size(), 0.0);
   bulk_fraction_.assign(corners_.size(), 1.0);
   for (auto* vector : {&displacements_, &point_forces_, &products_}) vector->resize(points_rest_.size());
   force_sums_ = CornerSums(corners_, points_rest_.size());
@@ -235,9 +234,6 @@ std::span<const simd::Padded3> Elements::multiply(const parallel::Threads& threa
                                                   std::span<const simd::Padded3> vectors,
                                                   StiffnessPart part) const {
   if (tets_.empty()) return products_;
-  const double* const weights = part == StiffnessPart::whole     ? nullptr
-                                : part == StiffnessPart::elastic ? elastic_fractions_.data()
-                                                                 : damping_fractions_.data();
   simd::StiffnessPass pass{};
   pass.vectors = vectors.data();
   pass.corners = corners_.front().data();
@@ -251,12 +247,14 @@ std::span<const simd::Padded3> Elements::multiply(const parallel::Threads& threa
                          if (!has_tangent_blocks(begin)) simd::stiffness_pass(own, begin, whole_groups(end));
                          multiply_full(begin, end, vectors, products.data());
                          add_tense_products(begin, end, vectors, products);
-                         for (std::size_t e = begin; weights != nullptr && e < end; ++e) {
+                         for (std::size_t e = begin; part != StiffnessPart::whole && e < end; ++e) {
                            double* const of_element = &products[16 * (e - begin)];
                            if (is_held(static_cast<Index>(e))) {
                              put_part_of_held(e, vectors, part, of_element);
                            } else {
-                             for (std::size_t k = 0; k < 16; ++k) of_element[k] *= weights[e];
+                             const double elastic = elastic_fractions_[e];
+                             const double weight = part == StiffnessPart::elastic ? elastic : 1.0 - elastic;
+                             for (std::size_t k = 0; k < 16; ++k) of_element[k] *= weight;
                            }
                          }
                          product_sums_.take(chunk, products);
@@ -269,8 +267,6 @@ std::span<const simd::Padded3> Elements::multiply(const parallel::Threads& threa
 void Elements::set_factors(std::span<const double> factors, std::span<const double> elastic_fractions) {
   std::copy(factors.begin(), factors.end(), factor_.begin());
   std::copy(elastic_fractions.begin(), elastic_fractions.end(), elastic_fractions_.begin());
-  std::ranges::transform(elastic_fractions, damping_fractions_.begin(),
-                         [](double elastic) { return 1.0 - elastic; });
   smoothing_.set_elastic_fractions(elastic_fractions_);
 }
 
@@ -313,8 +309,7 @@ void Elements::update(const parallel::Threads& threads, std::span<const Vec3> po
                           put_corotational_blocks(e);
                         }
                         if (viscosity_.has(e)) add_viscous_forces(e, positions, of_element);
-                        if (may_pull(e)) put_pulled(e, positions);
-                        if (is_held(static_cast<Index>(e))) add_held(e);
+                        if (has_tangent_blocks(e)) finish_tangent(e, positions);
                         add_tension(e, of_element, tense);
                       }
                       collect_forces(begin / element_grain, forces, corner_forces);
@@ -346,8 +341,7 @@ void Elements::update_one_by_one(std::span<const Vec3> positions, std::span<simd
                         double* const of_element = &forces[16 * (e - begin)];
                         update_element(e, positions, of_element);
                         if (viscosity_.has(e)) add_viscous_forces(e, positions, of_element);
-                        if (may_pull(e)) put_pulled(e, positions);
-                        if (is_held(static_cast<Index>(e))) add_held(e);
+                        if (has_tangent_blocks(e)) finish_tangent(e, positions);
                         add_tension(e, of_element, tense);
                       }
                       collect_forces(begin / element_grain, forces, corner_forces);

@@ -117,9 +117,8 @@ class Elements {
 
   /// Sets the factors >= 0 of the stiffness of each element (n_elements), 1 at first, from the next update()
   /// on.
-  /// \param elastic_fractions  empty (1), or (n_elements) the fraction of the factor that is of elastic
-  /// forces.
-  ///     The rest is of stiffness damping
+  /// \param elastic_fractions  (n_elements) what part of each factor is of elastic forces; the rest is of
+  ///     stiffness damping. Empty: as before, 1 at first
   void set_factors(std::span<const double> factors, std::span<const double> elastic_fractions = {});
   [[nodiscard]] double elastic_fraction(Index element) const { return at(elastic_fractions_, element); }
   /// Whether there are tets whose tangent jumps: passive fibres resist only where they are stretched. If
@@ -257,10 +256,13 @@ class Elements {
   [[nodiscard]] HyperelasticLaw whole_law_of(std::size_t element) const;
   [[nodiscard]] HyperelasticLaw law_of(std::size_t element) const;
   [[nodiscard]] Matrix3 tangent_block(std::span<const float> blocks, Index element, int i, int j) const;
-  [[nodiscard]] bool may_pull(std::size_t element) const {
-    return has_tangent_blocks(element) && pulls_[element - static_cast<std::size_t>(tangent_begin_)] != 0;
+  /// Whether the tangent of an element jumps: it has passive fibres, and is not smoothed.
+  [[nodiscard]] bool jumps(std::size_t element) const {
+    if (!has_tangent_blocks(element)) return false;
+    const std::size_t own = element - static_cast<std::size_t>(tangent_begin_);
+    return pulls_[own] != 0 && laws_[simd::law_fibre_stiffness][own] > 0.0;
   }
-  void add_held(std::size_t element);
+  void finish_tangent(std::size_t element, std::span<const Vec3> positions);
   void put_part_of_held(std::size_t element, std::span<const simd::Padded3> vectors, StiffnessPart part,
                         double* products) const;
   [[nodiscard]] Matrix3 low_rank_block(Index element, int i, int j) const;
@@ -310,7 +312,6 @@ class Elements {
   simd::AlignedVector<double> ratio_;
   simd::AlignedVector<double> factor_;
   std::vector<double> elastic_fractions_;  ///< (n_elements) of the factors
-  std::vector<double> damping_fractions_;  ///< (n_elements) the rest
   std::vector<double> bulk_fraction_;      ///< (n_elements) of lambda
   simd::AlignedVector<double> energy_;
   Columns<9> turned_;                           ///< a_i of corners 1 to 3, rotated
@@ -333,7 +334,6 @@ class Elements {
   std::vector<double> active_stress_;  ///< Pa, at full activation
   std::vector<double> tension_;        ///< Pa; laws_ hold it divided by the stiffness factor of viscosity
   simd::AlignedVector<float> blocks_;  ///< simd::block_stride each
-  std::vector<std::uint8_t> jumps_;    ///< 1: has passive fibres, and is not smoothed
   std::vector<std::uint8_t> pulls_;    ///< 1: has fibres, and is not smoothed
   bool has_jumps_ = false;             ///< or a smoothed tet has
   std::vector<float> held_;            ///< as blocks_: those of damping that is held; otherwise empty

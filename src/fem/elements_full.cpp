@@ -30,6 +30,19 @@ bool is_smoothed_tet(const Materials& materials, Index tet, Index body) {
   return materials.of(tet, body).elements == ElementKind::smoothed;
 }
 
+/// The stiffness of an element times the vectors at its corners. Blocks of a row add up to zero.
+/// \param block  function: the block of two different corners
+template <class Block>
+std::array<Vec3, 4> product_of(const std::array<Vec3, 4>& vectors, const Block& block) {
+  std::array<Vec3, 4> products;
+  for (int i = 0; i < 4; ++i) {
+    for (int j = 0; j < 4; ++j) {
+      if (i != j) at(products, i) += block(i, j) * (at(vectors, j) - at(vectors, i));
+    }
+  }
+  return products;
+}
+
 /// Kinds of bodies, by how the stiffness of their tets is stored.
 enum class BodyModel : std::uint8_t { low_rank, tangent_blocks, nonlinear };
 
@@ -98,9 +111,7 @@ void Elements::add_law(const Materials& materials, Index tet, Index body) {
   fibres_ = fibres_ || fibres.any();
   hyperelastic_.push_back(is_hyperelastic_tet(materials, tet, body) ? 1 : 0);
   smoothed_.push_back(is_smoothed_tet(materials, tet, body) ? 1 : 0);
-  const bool jumps = hyperelastic_.back() != 0 && fibres.stiffness > 0.0;
-  has_jumps_ = has_jumps_ || jumps;
-  jumps_.push_back(jumps && smoothed_.back() == 0 ? 1 : 0);
+  has_jumps_ = has_jumps_ || fibres.stiffness > 0.0;
   pulls_.push_back(hyperelastic_.back() != 0 && fibres.any() && smoothed_.back() == 0 ? 1 : 0);
   material_.push_back(materials.index_of(tet, body));
   active_stress_.push_back(fibres.active_stress);
@@ -249,9 +260,10 @@ void Elements::release_damping() {
 
 void Elements::hold_damping() {
   held_.resize(blocks_.size());
-  for (std::size_t k = 0; k < jumps_.size(); ++k) {
-    if (jumps_[k] == 0) continue;
-    const double damping = damping_fractions_[static_cast<std::size_t>(tangent_begin_) + k];
+  for (std::size_t k = 0; k < pulls_.size(); ++k) {
+    const std::size_t element = static_cast<std::size_t>(tangent_begin_) + k;
+    if (!jumps(element)) continue;
+    const double damping = 1.0 - elastic_fractions_[element];
     for (std::size_t v = block_stride * k; v < block_stride * (k + 1); ++v)
       held_[v] = static_cast<float>(damping * static_cast<double>(blocks_[v]));
   }
@@ -259,25 +271,22 @@ void Elements::hold_damping() {
 }
 
 bool Elements::is_held(Index element) const {
-  return !held_.empty() && element >= tangent_begin_ &&
-         jumps_[static_cast<std::size_t>(element - tangent_begin_)] != 0;
+  return !held_.empty() && jumps(static_cast<std::size_t>(element));
 }
 
-/// Replaces the damping in the tangent blocks of an element by that which is held.
-void Elements::add_held(std::size_t element) {
-  const std::size_t first = block_stride * (element - static_cast<std::size_t>(tangent_begin_));
+/// Where fibres of an element may pull, replaces its tangent blocks by the whole tangent. Where its damping
+/// is held, replaces the damping in them.
+void Elements::finish_tangent(std::size_t element, std::span<const Vec3> positions) {
+  const std::size_t own = element - static_cast<std::size_t>(tangent_begin_);
+  if (pulls_[own] != 0) put_pulled(element, positions);
+  if (!is_held(static_cast<Index>(element))) return;
+  const std::size_t first = block_stride * own;
   for (std::size_t v = first; v < first + block_stride; ++v)
     blocks_[v] = static_cast<float>(elastic_fractions_[element] * static_cast<double>(blocks_[v])) + held_[v];
 }
 
 std::array<Vec3, 4> Elements::multiply_held(Index element, const std::array<Vec3, 4>& vectors) const {
-  std::array<Vec3, 4> products;
-  for (int i = 0; i < 4; ++i) {
-    for (int j = 0; j < 4; ++j) {
-      if (i != j) at(products, i) += tangent_block(held_, element, i, j) * (at(vectors, j) - at(vectors, i));
-    }
-  }
-  return products;
+  return product_of(vectors, [&](int i, int j) { return tangent_block(held_, element, i, j); });
 }
 
 /// Makes a part of the products of an element whose damping is held.
@@ -328,15 +337,9 @@ void Elements::add_stiffness(Index element, int i, int j, Matrix3& block) const 
 }
 
 std::array<Vec3, 4> Elements::multiply(Index element, const std::array<Vec3, 4>& vectors) const {
-  std::array<Vec3, 4> products;
-  for (int i = 0; i < 4; ++i) {
-    for (int j = 0; j < 4; ++j) {
-      if (i == j) continue;
-      const Matrix3 block =
-          element < tangent_begin_ ? low_rank_block(element, i, j) : tangent_block(blocks_, element, i, j);
-      at(products, i) += block * (at(vectors, j) - at(vectors, i));
-    }
-  }
+  std::array<Vec3, 4> products = product_of(vectors, [&](int i, int j) {
+    return element < tangent_begin_ ? low_rank_block(element, i, j) : tangent_block(blocks_, element, i, j);
+  });
   if (const TenseElements::Tense* tense = tense_.find(element)) multiply_tense(*tense, vectors, products);
   return products;
 }

@@ -103,11 +103,6 @@ void set_principal(const HyperelasticLaw& law, const Vec3& s, double volume_chan
   pair(c.z, q.z, s.z, t.same.z, t.other.z);
 }
 
-/// J - 1 without cancellation near rest.
-double volume_change(const Matrix3& h, const Matrix3& cofactors_of_h) {
-  return trace(h) + trace(cofactors_of_h) + determinant(h);
-}
-
 /// V^T g
 Vec3 right_frame(const HyperelasticTangent& t, const Vec3& g) {
   return {t.right(0, 0) * g.x + t.right(1, 0) * g.y + t.right(2, 0) * g.z,
@@ -157,6 +152,10 @@ FibreState fibre_state(const HyperelasticLaw& law, const Matrix3& h) {
   // length - rest_length without cancellation
   return {w, passive.value + law.tension * (e / (length + rest_length)), 2.0 * passive.slope + pull,
           4.0 * passive.curvature - pull / (length * length)};
+}
+
+double volume_change(const Matrix3& h, const Matrix3& cofactors_of_h) {
+  return trace(h) + trace(cofactors_of_h) + determinant(h);
 }
 
 InvariantModuli invariant_moduli(const Material& material) {

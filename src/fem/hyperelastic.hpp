@@ -54,6 +54,10 @@ struct HyperelasticResponse {
 /// \param h  F - I
 [[nodiscard]] HyperelasticResponse respond(const HyperelasticLaw& law, const Matrix3& h);
 
+/// J - 1 without cancellation near rest.
+/// \param h  F - I
+[[nodiscard]] double volume_change(const Matrix3& h, const Matrix3& cofactors_of_h);
+
 /// State of the fibres at F: w, their energy per volume, and coefficients of their stress c w f^T and of its
 /// derivative, (along w w^T + c I) along f f^T.
 struct FibreState {

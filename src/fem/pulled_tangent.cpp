@@ -1,5 +1,6 @@
 #include "fem/pulled_tangent.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "fem/plasticity.hpp"
@@ -25,14 +26,15 @@ Matrix3 cofactor_change(const Matrix3& f, const Matrix3& df) {
 }
 
 /// The change of the stress for a change of F, without fibres.
-Matrix3 stress_change(const HyperelasticLaw& law, const Matrix3& f, double volume_change, const Matrix3& df) {
+/// \param j  J - 1
+Matrix3 stress_change(const HyperelasticLaw& law, const Matrix3& f, const Matrix3& cofactor, double j,
+                      const Matrix3& df) {
   const double i1 = inner(f, f);
   const double weight = 1.0 / (i1 + 1.0);
   const double along = inner(f, df);
   const double linear = law.first * (1.0 - weight) + law.second * i1;
   const double bend = 2.0 * law.first * weight * weight + 2.0 * law.second;
-  const double pressure = law.bulk * volume_change - (0.75 * law.first + 2.0 * law.second);
-  const Matrix3 cofactor = cofactors(f);
+  const double pressure = law.bulk * j - (0.75 * law.first + 2.0 * law.second);
   const Matrix3 turned = cofactor_change(f, df);
   const double volume = law.bulk * inner(cofactor, df);
   Matrix3 change;
@@ -79,15 +81,17 @@ bool put_pulled_blocks(const HyperelasticLaw& law, const Matrix3& h, const std::
   const FibreState fibre = fibre_state(law, h);
   if (!(fibre.stress > least_pull * law.first)) return false;
   const Matrix3 f = plus_identity(h);
-  const double volume_change = trace(h) + trace(cofactors(h)) + determinant(h);
-  if (!(volume_change > -0.5)) return false;
+  const double change = volume_change(h, cofactors(h));
+  constexpr double most_crushed = -0.5;  // S needs the inverse of F
+  if (!(change > most_crushed)) return false;
+  const Matrix3 cofactor = cofactors(f);
   const SymmetricMatrix3 held = compression(f, respond(law, h).stress);
   Tangent m{};
   for (int j = 0; j < 3; ++j) {
     for (int d = 0; d < 3; ++d) {
       Matrix3 df;
       df(j, d) = 1.0;
-      Matrix3 dp = stress_change(law, f, volume_change, df);
+      Matrix3 dp = stress_change(law, f, cofactor, change, df);
       const Vec3 dw = df * law.fibre;
       add_outer(dp, fibre.along * dot(fibre.stretched, dw), fibre.stretched, law.fibre);
       add_outer(dp, fibre.stress, dw, law.fibre);
