@@ -48,7 +48,8 @@ struct Grab {
 };
 
 /// A spring between a point and its position at the start in a tet of another body: tissue that has grown
-/// together. relax() runs before the start and ignores ties.
+/// together. If it is at least as stiff as a contact, the point does not touch that body, nor do tets, edges
+/// and triangles with the point. relax() runs before the start and ignores ties.
 struct Tie {
   Index point = -1;                   ///< of all points
   Index tet = -1;                     ///< usually the nearest tet; the position may be a little outside of it

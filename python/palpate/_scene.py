@@ -182,7 +182,8 @@ class Model(_core.Model):
         """Attaches points of a body (indices in the body, or a mask) to another body: glued to one with a motion
         (tissue on a bone), or tied by springs to a deformable one, each to the nearest tet at the start.
 
-        stiffness: of each spring, N/m; None: that of a contact between the two.
+        stiffness: of each spring, N/m; None: that of a contact between the two. Points with springs of at least this
+        stiffness do not touch the other body.
         """
         number = self._soft(body, "Model.attach")
         self._attach(number, self._selection(number, points, "points"), number_of(to, self.bodies, "Model"), stiffness)

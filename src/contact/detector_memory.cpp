@@ -113,6 +113,9 @@ const ContactTable& DetectorSteps::table(const Detector& detector) {
 PairFilter DetectorSteps::may_touch(const Detector& detector) {
   return detector.state_->frame.may_touch();
 }
+void DetectorSteps::set_tied_points(Detector& detector, std::vector<std::array<Index, 2>> points) {
+  detector.state_->frame.set_tied_points(std::move(points));
+}
 DetectedSurfaces DetectorSteps::surfaces(const Detector& detector) {
   const Detector::State& state = *detector.state_;
   if (!state.wants_edge_contacts) return {};

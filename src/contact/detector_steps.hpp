@@ -26,6 +26,9 @@ class DetectorSteps {
   [[nodiscard]] static const ContactTable& table(const Detector& detector);
   /// The filter of pairs of bodies that may touch, by the settings. Valid as long as the detector.
   [[nodiscard]] static PairFilter may_touch(const Detector& detector);
+  /// From the next detection on, these points do not touch the bodies to which they are tied
+  /// (PairFilter::tied_points).
+  static void set_tied_points(Detector& detector, std::vector<std::array<Index, 2>> points);
   /// What the forces of edges need; valid as long as the detector. Null without edge contacts.
   [[nodiscard]] static DetectedSurfaces surfaces(const Detector& detector);
   /// Holds the results of the last detection during further ones, and the state that the next detection

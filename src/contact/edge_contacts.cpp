@@ -103,7 +103,7 @@ LineExit EdgeContactQuery::shortest_exit(const Bodies& bodies, std::span<const V
 }
 
 void EdgeContactQuery::add_rows(const Bodies& bodies, std::span<const Vec3> positions, const Group& group,
-                                Scratch& scratch, std::vector<Row>& rows) const {
+                                const PairFilter& may_touch, Scratch& scratch, std::vector<Row>& rows) const {
   const Index edge = query_.found()[group.begin].edge;
   const Edge& ends = at(bodies.edges(), edge);
   std::vector<Meeting>& meetings = scratch.meetings;
@@ -118,7 +118,8 @@ void EdgeContactQuery::add_rows(const Bodies& bodies, std::span<const Vec3> posi
     rows.push_back(
         {edge, {in.triangle, out.triangle}, {in.parameter, out.parameter}, exit.distance, exit.direction});
   };
-  const bool is_own = bodies.body_of(ends) == bodies.body_of(at(bodies.triangles(), meetings[0].triangle));
+  const Index body = bodies.body_of(at(bodies.triangles(), meetings[0].triangle));
+  const bool may_end_inside = body == bodies.body_of(ends) || may_touch.ties(body, bodies.body_of(ends));
   const std::size_t rows_before = rows.size();
   const Meeting* in = nullptr;
   const Meeting* out = nullptr;
@@ -132,8 +133,9 @@ void EdgeContactQuery::add_rows(const Bodies& bodies, std::span<const Vec3> posi
   }
   if (out != nullptr) add(*in, *out);
   // No part is inside: the edge only touches, or rounding has swapped entry and exit. An edge of the same
-  // body may also begin in tissue at its own end, so that its entry is not a crossing.
-  if (rows.size() == rows_before && !is_own) add(meetings.front(), meetings.back());
+  // body may also begin in tissue at its own end, and one of a tied body at a point that does not touch there
+  // (PairFilter::are_tied), so that its entry is not a crossing.
+  if (rows.size() == rows_before && !may_end_inside) add(meetings.front(), meetings.back());
 }
 
 void EdgeContactQuery::find(const parallel::Threads& threads, const Bodies& bodies,
@@ -151,7 +153,7 @@ void EdgeContactQuery::find(const parallel::Threads& threads, const Bodies& bodi
   lists_.fill(threads, groups_.size(), edge_grain,
               [&](std::size_t begin, std::size_t end, std::vector<Row>& rows) {
                 for (std::size_t g = begin; g < end; ++g)
-                  add_rows(bodies, positions, groups_[g], scratches_[begin / edge_grain], rows);
+                  add_rows(bodies, positions, groups_[g], may_touch, scratches_[begin / edge_grain], rows);
               });
   make_room(rows_, groups_.size() + spare);
   lists_.join(threads, rows_);

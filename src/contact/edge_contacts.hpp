@@ -63,8 +63,8 @@ class EdgeContactQuery {
                      std::size_t spare);
   static Meeting exact_meeting(const Bodies& bodies, std::span<const Vec3> positions,
                                const EdgeTriangle& hit);
-  void add_rows(const Bodies& bodies, std::span<const Vec3> positions, const Group& group, Scratch& scratch,
-                std::vector<Row>& rows) const;
+  void add_rows(const Bodies& bodies, std::span<const Vec3> positions, const Group& group,
+                const PairFilter& may_touch, Scratch& scratch, std::vector<Row>& rows) const;
   [[nodiscard]] LineExit shortest_exit(const Bodies& bodies, std::span<const Vec3> positions, Index edge,
                                        const Meeting& in, const Meeting& out, SilhouetteSearch& search) const;
 

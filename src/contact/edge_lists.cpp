@@ -235,6 +235,7 @@ class EdgeQuery::Tests {
       near_.apart[places_[number]] = apart;
       *part->apart = std::min(*part->apart, apart);
       if (gap > 0.0F || (!(gap < 0.0F) && !meet(pair)) || (part->is_own && is_folded(frame_, pair))) return;
+      if (!part->is_own && are_tied(pair)) return;
       found_.push_back(pair);
     });
     part_count_ = 0;
@@ -254,6 +255,12 @@ class EdgeQuery::Tests {
     const std::array<Vec3, 3> x = corners_of(frame_.positions, at(frame_.bodies.triangles(), pair.triangle));
     return segment_meets_triangle(at(frame_.positions, ends[0]), at(frame_.positions, ends[1]), x[0], x[1],
                                   x[2]);
+  }
+  [[nodiscard]] bool are_tied(const EdgeTriangle& pair) const {
+    const Bodies& bodies = frame_.bodies;
+    const Edge& ends = at(bodies.edges(), pair.edge);
+    const Triangle& corners = at(bodies.triangles(), pair.triangle);
+    return frame_.may_touch.are_tied(bodies.body_of(ends), ends, bodies.body_of(corners), corners);
   }
 
   const Frame& frame_;

@@ -84,6 +84,15 @@ Frame::Frame(const Bodies& bodies, const DetectionSettings& settings, std::vecto
   if (works_on_clusters(settings)) fixed_.emplace(in_a_tet_, marks);
 }
 
+void Frame::set_tied_points(std::vector<std::array<Index, 2>> points) {
+  tied_points_ = std::move(points);
+  tied_bodies_.clear();
+  for (const auto& [point, body] : tied_points_)
+    tied_bodies_.push_back({at(bodies_->body_of_point(), point), body});
+  tied_bodies_ = sorted_pairs(std::move(tied_bodies_), bodies_->body_count());
+  tied_bodies_.erase(std::ranges::unique(tied_bodies_).begin(), tied_bodies_.end());
+}
+
 void Frame::place(std::span<const Vec3> positions, const Clusters* clusters) {
   positions_ = positions;
   // First try the lattice of the last detection.

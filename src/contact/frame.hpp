@@ -64,7 +64,11 @@ class Frame {
     return lattice_.cell_of(at(positions_, point));
   }
   [[nodiscard]] CellSlots slots() const { return CellSlots(slots_, detections_); }
-  [[nodiscard]] PairFilter may_touch() const { return {immovable_, self_collision_, ignored_pairs_}; }
+  [[nodiscard]] PairFilter may_touch() const {
+    return {immovable_, self_collision_, ignored_pairs_, tied_points_, tied_bodies_};
+  }
+  /// \param points  with the bodies to which they are tied, ascending (PairFilter)
+  void set_tied_points(std::vector<std::array<Index, 2>> points);
   /// How the cell size was chosen, in the first detection.
   [[nodiscard]] const CellSizeChoice& cell_size() const { return cell_size_; }
   /// Number of detections so far.
@@ -87,6 +91,8 @@ class Frame {
   std::vector<std::uint8_t> immovable_;       ///< (n_bodies)
   std::vector<std::uint8_t> self_collision_;  ///< (n_bodies)
   std::vector<std::array<Index, 2>> ignored_pairs_;
+  std::vector<std::array<Index, 2>> tied_points_;
+  std::vector<std::array<Index, 2>> tied_bodies_;
   int slots_;                           ///< cells per primitive; 0: all
   std::vector<std::uint8_t> in_a_tet_;  ///< (n_points)
   std::span<const Vec3> positions_;

@@ -23,7 +23,10 @@ bool PairTaker::take(const Cluster& cluster, Index point, std::uint32_t primitiv
     const int lane = std::countr_zero(left);
     const PointInTet pair{point, tets[lane]};
     if ((sure >> lane & 1) == 0 && !is_inside(pair)) continue;
-    if (own && is_folded(pair, cluster.body)) continue;
+    if (own ? is_folded(pair, cluster.body)
+            : may_touch.are_tied(at(bodies.body_of_point(), point), std::array{point}, cluster.body,
+                                 at(bodies.tets(), pair.tet)))
+      continue;
     found_.push_back(pair);
   }
   return found_.size() > before;

@@ -24,7 +24,7 @@ struct PairContext {
 };
 
 /// Evaluates the hits of blocks of the filter. Certain pairs are contacts; others go to the exact predicate.
-/// Ignored bodies and folds are left out.
+/// Ignored bodies, folds and what ties hold together are left out.
 class PairTaker {
  public:
   PairTaker(const PairContext& context, std::vector<PointInTet>& found) : context_(context), found_(found) {}

@@ -46,7 +46,7 @@ class PointsInTets {
                 const PointInTet pair{p, static_cast<Index>(t)};
                 if (own == body && is_fold(bodies, positions, p, pair.tet)) {
                   ++tally.folded_pairs;
-                } else {
+                } else if (own == body || !may_touch.are_tied(own, std::array{p}, body, tet)) {
                   found.push_back(pair);
                 }
               }

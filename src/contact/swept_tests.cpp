@@ -130,6 +130,8 @@ void SweptQuery::test_point(const Step& step, Index point, Index triangle,
   const Triangle& corners = at(bodies_.triangles(), triangle);
   const std::array<Index, 1> first{point};
   if (have_common_point(first, corners)) return;
+  if (step.filter.are_tied(at(bodies_.body_of_point(), point), first, bodies_.body_of(corners), corners))
+    return;
   const auto touch =
       point_meets_triangle(points_of(step.start, step.end, first, corners), step.settings.tolerance);
   if (!touch) return;
@@ -148,6 +150,7 @@ void SweptQuery::test_edge(const Step& step, Index first, Index second,
   const Edge& a = at(bodies_.edges(), first);
   const Edge& b = at(bodies_.edges(), second);
   if (have_common_point(a, b)) return;
+  if (step.filter.are_tied(bodies_.body_of(a), a, bodies_.body_of(b), b)) return;
   const auto touch = edge_meets_edge(points_of(step.start, step.end, a, b), step.settings.tolerance);
   if (!touch) return;
   const bool apart_before = touch->direction != Vec3{};

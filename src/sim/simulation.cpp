@@ -111,6 +111,7 @@ Simulation::State::State(std::shared_ptr<const SimulationCore> the_core, HeldMod
   dynamics.set_positions(prescribed.start_positions(threads, bodies.points_rest()));
   ties = Ties(holds.ties, bodies, dynamics.point_masses(), dynamics.free_points(), response);
   step_forces.set({}, std::vector<Vec3>(holds.ties.size()));
+  DetectorSteps::set_tied_points(detector, tied_points(holds.ties, bodies, response));
   response.use_edges(DetectorSteps::surfaces(detector));
   response.set_flush_faces(FlushFaces(bodies, bodies_at_rest(holds, bodies), dynamics.positions()));
 }

@@ -1,5 +1,6 @@
 #include "sim/ties.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -61,6 +62,18 @@ std::vector<HeldTie> held_ties(const std::vector<Tie>& ties, const Bodies& bodie
     held.push_back({ties[i], weights_of(at(positions, ties[i].point), tet, positions, where)});
   }
   return held;
+}
+
+std::vector<std::array<Index, 2>> tied_points(const std::vector<HeldTie>& ties, const Bodies& bodies,
+                                              const ContactResponse& response) {
+  std::vector<std::array<Index, 2>> tied;
+  for (const auto& [tie, weights] : ties) {
+    const Index body = bodies.body_of(at(bodies.tets(), tie.tet));
+    const double of_contact = response.stiffness(at(bodies.body_of_point(), tie.point), body);
+    if (tie.stiffness.value_or(of_contact) >= of_contact) tied.push_back({tie.point, body});
+  }
+  std::ranges::sort(tied);
+  return tied;
 }
 
 Ties::Ties(const std::vector<HeldTie>& ties, const Bodies& bodies, std::span<const double> masses,

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -15,6 +16,12 @@ namespace palpate {
 /// range, a tet of the point's own body or without volume, a stiffness that is not a finite number > 0.
 [[nodiscard]] std::vector<HeldTie> held_ties(const std::vector<Tie>& ties, const Bodies& bodies,
                                              std::span<const Vec3> positions);
+
+/// Points with the bodies to which they are tied at least as stiffly as a contact would hold them, ascending.
+/// What such ties hold together does not touch: contacts would only push against them.
+[[nodiscard]] std::vector<std::array<Index, 2>> tied_points(const std::vector<HeldTie>& ties,
+                                                            const Bodies& bodies,
+                                                            const ContactResponse& response);
 
 /// The springs that hold points of one body to tets of another.
 class Ties {

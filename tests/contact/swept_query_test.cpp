@@ -30,6 +30,9 @@ struct Scene {
   std::vector<Vec3> end;
   std::vector<std::uint8_t> immovable;
   std::vector<std::uint8_t> self_collision;
+  std::set<std::array<Index, 2>> ties;  ///< point, body
+  std::vector<std::array<Index, 2>> tied_points;
+  std::vector<std::array<Index, 2>> tied_bodies;
 
   void add(TetMesh mesh) { bodies.add("b", std::move(mesh)); }
   /// Each body goes its own way and turns; points tremble.
@@ -46,7 +49,26 @@ struct Scene {
     immovable.assign(bodies.bodies().size(), 0);
     self_collision.assign(bodies.bodies().size(), 0);
   }
-  [[nodiscard]] PairFilter filter() const { return {immovable, self_collision}; }
+  /// Ties some points of each body to each other body.
+  void tie(Random& random) {
+    std::set<std::array<Index, 2>> pairs;
+    for (std::size_t p = 0; p < start.size(); ++p) {
+      const Index own = bodies.body_of_point()[p];
+      for (Index other = 0; other < bodies.body_count(); ++other) {
+        if (other == own || !random.chance(0.1)) continue;
+        ties.insert({static_cast<Index>(p), other});
+        pairs.insert({std::min(own, other), std::max(own, other)});
+      }
+    }
+    tied_points.assign(ties.begin(), ties.end());
+    tied_bodies.assign(pairs.begin(), pairs.end());
+  }
+  [[nodiscard]] PairFilter filter() const {
+    return {.immovable = immovable,
+            .self_collision = self_collision,
+            .tied_points = tied_points,
+            .tied_bodies = tied_bodies};
+  }
 };
 
 Scene random_scene(std::uint64_t seed) {
@@ -73,6 +95,7 @@ Scene random_scene(std::uint64_t seed) {
   scene.move(random, 1.0);
   if (random.chance(0.3)) scene.immovable[0] = scene.immovable[1] = 1;
   if (random.chance(0.3)) scene.self_collision[0] = 1;
+  if (random.chance(0.5)) scene.tie(random);
   return scene;
 }
 
@@ -103,12 +126,19 @@ std::set<Key> all_pairs(const Scene& scene) {
     if (a == b) return at(scene.self_collision, a) != 0 && at(scene.immovable, a) == 0;
     return at(scene.immovable, a) == 0 || at(scene.immovable, b) == 0;
   };
+  const auto are_tied = [&](const auto& a, const auto& b) {
+    const auto any_is_tied = [&](const auto& points, const auto& others) {
+      const Index body = at(bodies.body_of_point(), others[0]);
+      return std::ranges::any_of(points, [&](Index p) { return scene.ties.contains({p, body}); });
+    };
+    return any_is_tied(a, b) || any_is_tied(b, a);
+  };
   std::set<Key> found;
   for (const Index p : surface_points) {
     for (std::size_t t = 0; t < bodies.triangles().size(); ++t) {
       const Triangle& corners = bodies.triangles()[t];
       if (!wanted(at(bodies.body_of_point(), p), bodies.body_of(corners))) continue;
-      if (have_common_point(std::array{p}, corners)) continue;
+      if (have_common_point(std::array{p}, corners) || are_tied(std::array{p}, corners)) continue;
       if (point_meets_triangle(points_of(scene, {p, corners[0], corners[1], corners[2]}), tolerance))
         found.insert({SweptKind::point_triangle, p, static_cast<Index>(t)});
     }
@@ -122,6 +152,7 @@ std::set<Key> all_pairs(const Scene& scene) {
       const Index i = number(a);
       const Index j = number(b);
       if (i >= j || !wanted(bodies.body_of(a), bodies.body_of(b)) || have_common_point(a, b)) continue;
+      if (are_tied(a, b)) continue;
       if (edge_meets_edge(points_of(scene, {a[0], a[1], b[0], b[1]}), tolerance))
         found.insert({SweptKind::edge_edge, i, j});
     }

@@ -1,14 +1,20 @@
 // Points of one body tied to tets of another. Oracles: Newton, and the force of a spring.
 #include "sim/ties.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <gtest/gtest.h>
+#include <set>
 #include <string>
+#include <utility>
 
 #include <palpate/error.hpp>
 #include <palpate/simulation.hpp>
 
+#include "geometry/rotation.hpp"
 #include "geometry/vector.hpp"
+#include "scene/near.hpp"
 #include "support/mean.hpp"
 #include "support/meshes.hpp"
 #include "support/random.hpp"
@@ -123,6 +129,120 @@ TEST(Ties, HaveNoForceAtTheStartAndNoTorqueEver) {
     EXPECT_LT(length(force), 1e-12 * length(c.force));
     EXPECT_LT(length(torque), 1e-12 * length(c.force));
     EXPECT_EQ(c.stiffness.xx, response.stiffness(0, 1));
+  }
+}
+
+/// Two equal bars in a line whose ends overlap; both turned, so that no face is along an axis. The second one
+/// is `aside` and turned by `roll` about the line. Points at its end are tied to the first, but for those
+/// above `most_height`.
+Model overlapping_bars(double young_modulus, double overlap, double aside, double roll, double most_height) {
+  Model model;
+  constexpr double width = 0.02;
+  const Vec3 middle{0.0, 0.5 * width, 0.5 * width};
+  std::vector<Vec3> places;  // of all points, in their own bar
+  for (const bool second : {false, true}) {
+    TetMesh bar = test::box_mesh({8, 4, 4}, {0.0, 0.0, 0.0}, {2.0 * width, width, width});
+    places.insert(places.end(), bar.points.begin(), bar.points.end());
+    for (Vec3& p : bar.points) {
+      if (second) {
+        p = rotated(rotation_by({roll, 0.0, 0.0}), p - middle) + middle +
+            Vec3{2.0 * width - overlap, aside, 0.5 * aside};
+      }
+      p = rotated(rotation_by({0.5, -0.8, 0.3}), p);
+    }
+    model.bodies.add(second ? "second" : "first", bar);
+  }
+  const Material material{.young_modulus = young_modulus, .poisson_ratio = 0.3, .mass_damping = 0.0};
+  model.materials = {material, material};
+  const Range points = model.bodies.bodies()[1].points;
+  const std::span<const Vec3> x = model.bodies.points_rest();
+  for (Index p = points.begin; p < points.end; ++p) {
+    if (at(places, p).x == 0.0 && at(places, p).z <= most_height)
+      model.ties.push_back({p, nearest_tet(model.bodies, x, 0, at(x, p)), {}});
+  }
+  return model;
+}
+
+TEST(Ties, OfBodiesThatOverlapDoNotTurnThem) {
+  for (const double aside : {0.0, 0.006}) {
+    SimulationSettings settings;
+    settings.time_step = 0.005;
+    settings.gravity = {};
+    Simulation simulation(overlapping_bars(1e8, 0.0002, aside, 0.0, 1.0), settings, 1);
+    for (int i = 0; i < 20; ++i) simulation.step();
+    EXPECT_LT(simulation.metrics().largest_speed, 1e-9) << aside << " m aside";
+  }
+}
+
+/// Only where ties hold two bodies together do they not touch. Oracle: detection without ties.
+void expect_touch_where_not_tied(const Model& model) {
+  const Bodies& bodies = model.bodies;
+  std::set<std::pair<Index, Index>> tied;
+  for (const Tie& tie : model.ties) tied.insert({tie.point, bodies.body_of(at(bodies.tets(), tie.tet))});
+  const auto is_held = [&](const auto& points, Index other) {
+    return std::ranges::any_of(points, [&](Index p) { return tied.contains({p, other}); });
+  };
+  const auto is_held_edge = [&](const EdgeContacts& edges, std::size_t c) {
+    const Edge& ends = at(bodies.edges(), edges.edge[c]);
+    return is_held(ends, edges.body[c]) || std::ranges::any_of(edges.triangles[c], [&](Index t) {
+             return is_held(at(bodies.triangles(), t), bodies.body_of(ends));
+           });
+  };
+  SimulationSettings settings;
+  settings.gravity = {};
+  Detector all(bodies, settings.detection, {}, 1);
+  all.detect(bodies.points_rest());
+  std::set<std::pair<Index, Index>> expected;
+  const Contacts& contacts = all.contacts();
+  for (std::size_t c = 0; c < contacts.size(); ++c) {
+    const Tet& tet = at(bodies.tets(), contacts.tet[c]);
+    const Index own = at(bodies.body_of_point(), contacts.point[c]);
+    if (!is_held(std::array{contacts.point[c]}, contacts.body[c]) && !is_held(tet, own))
+      expected.insert({contacts.point[c], contacts.tet[c]});
+  }
+  EXPECT_GT(expected.size(), 0U);
+  EXPECT_LT(expected.size() + 5, contacts.size());
+  for (const Structure structure :
+       {Structure::compact, Structure::uniform, Structure::hash, Structure::cuckoo, Structure::brute}) {
+    settings.detection.structure = structure;
+    const Simulation simulation(model, settings, 1);
+    const Contacts& found = simulation.detector().contacts();
+    std::set<std::pair<Index, Index>> pairs;
+    for (std::size_t c = 0; c < found.size(); ++c) pairs.insert({found.point[c], found.tet[c]});
+    EXPECT_EQ(pairs, expected);
+    const EdgeContacts& edges = simulation.detector().edge_contacts();
+    std::set<std::pair<Index, Index>> of_edges;
+    for (std::size_t c = 0; c < edges.size(); ++c) {
+      of_edges.insert({edges.edge[c], edges.body[c]});
+      EXPECT_FALSE(is_held_edge(edges, c));
+      EXPECT_LT(edges.parameters[c][0], edges.parameters[c][1]);
+    }
+    const EdgeContacts& without = all.edge_contacts();
+    for (std::size_t c = 0; c < without.size(); ++c)
+      EXPECT_TRUE(is_held_edge(without, c) || of_edges.contains({without.edge[c], without.body[c]}));
+  }
+}
+
+TEST(Ties, HoldOnlyWhatIsTied) {
+  for (const double roll : {0.2, 0.4, 0.7, 1.1, 1.3}) {
+    SCOPED_TRACE(std::to_string(roll));
+    expect_touch_where_not_tied(overlapping_bars(1e5, 0.004, 0.004, roll, 0.006));
+  }
+}
+
+/// Parts that no tie holds push each other out: the bars bend apart there. So do parts with weak ties.
+TEST(Ties, LetOtherPartsTouch) {
+  for (const bool weak : {false, true}) {
+    Model model = overlapping_bars(1e5, 0.003, 0.0, 0.0, weak ? 1.0 : 0.001);
+    for (Tie& tie : model.ties)
+      if (weak) tie.stiffness = 1.0;
+    SimulationSettings settings;
+    settings.gravity = {};
+    Simulation simulation(std::move(model), settings, 1);
+    const double before = simulation.metrics().deepest;
+    for (int i = 0; i < 200; ++i) simulation.step();
+    EXPECT_GT(before, 0.0025);
+    EXPECT_LT(simulation.metrics().deepest, 0.1 * before);
   }
 }
 
