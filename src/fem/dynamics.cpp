@@ -198,7 +198,7 @@ void Dynamics::set_initial_guess(double time_step, const Vec3& gravity) {
 Dynamics::Report Dynamics::step(double time_step, const Vec3& gravity, std::span<const Vec3> external_forces,
                                 std::span<const Coupling> couplings, double tolerance, int max_iterations) {
   check_solve({.tolerance = tolerance, .max_iterations = max_iterations});
-  begin_step(time_step, gravity, {.all = external_forces, .turning = {}});
+  begin_step(time_step, gravity, {.all = external_forces, .turning = {}, .ambient = {}});
   Report report = solve(couplings, {.tolerance = tolerance, .max_iterations = max_iterations});
   constexpr int max_rotation_solves = 8;
   for (int round = 0; update_rotating_frames(); ++round) {
@@ -231,6 +231,7 @@ void Dynamics::begin_step(double time_step, const Vec3& gravity, const ExternalF
   for (const auto& forces : {external_forces.all, external_forces.turning})
     if (!forces.empty()) check_length("external_forces", forces.size(), masses_.size(), "point");
   turning_forces_ = external_forces.turning;
+  if (elements_.set_ambient(external_forces.ambient)) updated_ = false;
   duration_ = time_step;
   set_time_step(step_length(time_step));
   if (elements_.is_viscous()) {

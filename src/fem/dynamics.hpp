@@ -239,6 +239,10 @@ class Dynamics {
   [[nodiscard]] std::span<const double> inversion_clocks() const { return inversion_clocks_; }
   /// The tet of each element; see Elements::tet_of_element().
   [[nodiscard]] std::span<const Index> tet_of_element() const { return elements_.tet_of_element(); }
+  /// The bodies that can have ambient pressures (n_bodies), 1 for each; see Elements.
+  [[nodiscard]] std::vector<std::uint8_t> ambient_bodies() const {
+    return elements_.ambient_bodies(bodies_.size());
+  }
   [[nodiscard]] std::span<const double> point_masses() const {
     return masses_;
   }  ///< (n_points), kg, also of obstacles

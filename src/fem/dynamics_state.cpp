@@ -121,11 +121,12 @@ double Dynamics::kinetic_energy() {
 
 double Dynamics::elastic_energy() {
   update_elements();
-  const bool apart = elements_.smoothing().is_viscous();
+  const bool apart = elements_.smoothing().is_viscous() || elements_.has_ambient();
   const auto energy_of = [&](std::size_t e) {
     const auto element = static_cast<Index>(e);
     if (apart && elements_.is_smoothed(element)) return 0.0;
-    return elements_.viscosity().has(e) ? elements_.energy(element, positions_) : elements_.energy(element);
+    const bool has_more = elements_.viscosity().has(e) || elements_.has_ambient(element);
+    return has_more ? elements_.energy(element, positions_) : elements_.energy(element);
   };
   const double sum = parallel::sum(threads_, static_cast<std::size_t>(elements_.size()), partial_, energy_of);
   return apart ? sum + elements_.smoothed_energy(threads_, partial_) : sum;

@@ -177,10 +177,21 @@ class Elements {
   /// Sets the activations of the fibres of each material, 0 to 1 (Materials::all), from the next update() on.
   /// Returns whether any has changed.
   bool set_activations(std::span<const double> activations);
-  /// Energy of an element, whose derivative its forces are, as of the last update(), J.
+  /// The bodies, of this many, that can have an ambient pressure (1): those without linear corotational tets.
+  [[nodiscard]] std::vector<std::uint8_t> ambient_bodies(std::size_t body_count) const;
+  /// Sets the pressure on all of the surface of each body (n_bodies), Pa, zero but for ambient_bodies();
+  /// empty: none. From the next update() on, energies, forces and tangents of elements have it. Returns
+  /// whether any has changed.
+  bool set_ambient(std::span<const double> pressures);
+  [[nodiscard]] bool has_ambient() const { return has_ambient_; }
+  [[nodiscard]] bool has_ambient(Index element) const {
+    return element >= tangent_begin_ && ambient_[static_cast<std::size_t>(element - tangent_begin_)] != 0.0;
+  }
+  /// Energy of an element, whose derivative its forces are, as of the last update(), J. With that of an
+  /// ambient pressure.
   [[nodiscard]] double energy(Index element) const { return at(energy_, element); }
-  /// Elastic energy of an element at these positions, J, with that of its viscoelastic branches. The element
-  /// must not be smoothed. Needs no update().
+  /// Elastic energy of an element at these positions, J, with that of its viscoelastic branches, without that
+  /// of an ambient pressure. The element must not be smoothed. Needs no update().
   [[nodiscard]] double energy(Index element, std::span<const Vec3> positions) const;
   /// The deformation of an element at these positions; needs no update().
   [[nodiscard]] ElementDeformation deformation(Index element, std::span<const Vec3> positions) const;
@@ -285,7 +296,7 @@ class Elements {
   void add_plasticity(const Material& material);
   void add_viscosity(const Materials& materials);
   void add_viscous_forces(std::size_t element, std::span<const Vec3> positions, double* forces);
-  void set_tensions();
+  void set_inviscid();
   void set_displacements(const parallel::Threads& threads, std::span<const Vec3> positions);
   void fill_group();
   [[nodiscard]] bool yields(std::size_t element) const {
@@ -333,6 +344,8 @@ class Elements {
   std::vector<Index> material_;        ///< into Materials::all
   std::vector<double> active_stress_;  ///< Pa, at full activation
   std::vector<double> tension_;        ///< Pa; laws_ hold it divided by the stiffness factor of viscosity
+  std::vector<double> ambient_;        ///< Pa; the same
+  bool has_ambient_ = false;           ///< for some element
   simd::AlignedVector<float> blocks_;  ///< simd::block_stride each
   std::vector<std::uint8_t> pulls_;    ///< 1: has fibres, and is not smoothed
   bool has_jumps_ = false;             ///< or a smoothed tet has

@@ -36,6 +36,7 @@ ElementDeformation Elements::deformation(Index element, std::span<const Vec3> po
   if (d.hyperelastic) {
     d.law = law_of(e);
     d.law.tension = tension_[e - static_cast<std::size_t>(tangent_begin_)];
+    d.law.ambient = 0.0;  // a load, no stress of the tissue
   }
   if (viscosity_.has(e)) {
     d.viscous_stress = viscosity_.stress(e);

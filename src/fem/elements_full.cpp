@@ -103,9 +103,10 @@ void Elements::add_law(const Materials& materials, Index tet, Index body) {
   const std::size_t element = static_cast<std::size_t>(tangent_begin_) + material_.size();
   const Vec3 fibre = fibre_of(materials, tet, material);
   const Fibres& fibres = material.fibres;
-  const std::array<double, simd::law_columns> law{
-      first,           second, bulk_of(lambda_[element], first), fibre.x, fibre.y, fibre.z, fibres.stiffness,
-      fibres.exponent, 0.0};
+  const std::array<double, simd::law_columns> law{first,   second,           bulk_of(lambda_[element], first),
+                                                  0.0,     fibre.x,          fibre.y,
+                                                  fibre.z, fibres.stiffness, fibres.exponent,
+                                                  0.0};
   for (std::size_t k = 0; k < law.size(); ++k) laws_[k].push_back(law[k]);
   second_invariant_ = second_invariant_ || second != 0.0;
   fibres_ = fibres_ || fibres.any();
@@ -116,6 +117,7 @@ void Elements::add_law(const Materials& materials, Index tet, Index body) {
   material_.push_back(materials.index_of(tet, body));
   active_stress_.push_back(fibres.active_stress);
   tension_.push_back(0.0);
+  ambient_.push_back(0.0);
 }
 
 void Elements::add_smoothing(const Bodies& bodies, const Materials& materials) {
@@ -150,12 +152,34 @@ bool Elements::set_activations(std::span<const double> activations) {
     tension_[k] = tension;
   }
   if (!changed) return false;
-  set_tensions();
+  set_inviscid();
+  return true;
+}
+
+std::vector<std::uint8_t> Elements::ambient_bodies(std::size_t body_count) const {
+  std::vector<std::uint8_t> takes(body_count, 0);
+  for (std::size_t e = 0; e < tets_.size(); ++e) at(takes, body_[e]) = 1;
+  for (std::size_t e = 0; e < tets_.size(); ++e)
+    if (is_corotational(e)) at(takes, body_[e]) = 0;
+  return takes;
+}
+
+bool Elements::set_ambient(std::span<const double> pressures) {
+  bool changed = false;
+  for (std::size_t k = 0; k < ambient_.size(); ++k) {
+    const Index body = body_[static_cast<std::size_t>(tangent_begin_) + k];
+    const double ambient = pressures.empty() ? 0.0 : at(pressures, body);
+    changed = changed || ambient_[k] != ambient;
+    ambient_[k] = ambient;
+  }
+  if (!changed) return false;
+  has_ambient_ = std::ranges::any_of(ambient_, [](double pressure) { return pressure != 0.0; });
+  set_inviscid();
   return true;
 }
 
 /// The law that the kernel uses, with the full bulk modulus. Viscosity makes it stiffer in a step, except for
-/// the active tension.
+/// the active tension and the ambient pressure.
 HyperelasticLaw Elements::whole_law_of(std::size_t element) const {
   const auto value = [&](simd::LawColumn column) {
     return laws_[column][element - static_cast<std::size_t>(tangent_begin_)];
@@ -166,7 +190,8 @@ HyperelasticLaw Elements::whole_law_of(std::size_t element) const {
           {value(simd::law_fibre_x), value(simd::law_fibre_y), value(simd::law_fibre_z)},
           value(simd::law_fibre_stiffness),
           value(simd::law_fibre_exponent),
-          value(simd::law_tension)};
+          value(simd::law_tension),
+          value(simd::law_ambient)};
 }
 
 HyperelasticLaw Elements::law_of(std::size_t element) const {

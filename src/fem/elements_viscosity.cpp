@@ -62,17 +62,19 @@ void Elements::set_time_step(double time_step) {
   viscosity_.set_time_step(time_step);
   smoothing_.set_time_step(time_step);
   tense_.set_time_step(time_step);
-  set_tensions();
+  set_inviscid();
 }
 
-/// Divides tensions by the stiffness factor of viscosity, because the kernel multiplies them by it and active
-/// tension is not viscous.
-void Elements::set_tensions() {
+/// Divides active tensions and ambient pressures by the stiffness factor of viscosity: the kernel multiplies
+/// them by it, and they are not viscous.
+void Elements::set_inviscid() {
   for (std::size_t k = 0; k < tension_.size(); ++k) {
     const double stiffness = viscosity_.stiffness(static_cast<std::size_t>(tangent_begin_) + k);
     laws_[simd::law_tension][k] = tension_[k] / stiffness;
+    laws_[simd::law_ambient][k] = ambient_[k] / stiffness;
   }
   smoothing_.set_tensions(tension_, tangent_begin_);
+  smoothing_.set_ambient(ambient_, tangent_begin_);
 }
 
 /// Adds the viscous part to the elastic forces on the corners and to the energy, which must be set.

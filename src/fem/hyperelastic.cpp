@@ -84,7 +84,7 @@ void set_principal(const HyperelasticLaw& law, const Vec3& s, double volume_chan
   const Vec3 q{s.x * s.x, s.y * s.y, s.z * s.z};
   const double weight = 1.0 / (q.x + q.y + q.z + 1.0);
   const PrincipalTerms terms{law.first * (1.0 - weight), 2.0 * law.first * weight * weight,
-                             law.bulk * volume_change - (0.75 * law.first + 2.0 * law.second)};
+                             law.bulk * volume_change - law.rest_pressure()};
   const auto mixed = [&](double product, double c_i, double c_j, double s_k) {
     return (terms.bend + 2.0 * law.second) * product + law.bulk * c_i * c_j + terms.pressure * s_k;
   };
@@ -174,7 +174,7 @@ HyperelasticResponse respond(const HyperelasticLaw& law, const Matrix3& h) {
     for (int c = 0; c < 3; ++c) k(r, c) = ch(r, c) - h(c, r) + (r == c ? trace(h) : 0.0);
   }
   const double y = 2.0 * trace(k) + inner(k, k);  // I2 - 3
-  const double rest = 0.75 * law.first + 2.0 * law.second;
+  const double rest = law.rest_pressure();
   const FibreState fibre = fibre_state(law, h);
   HyperelasticResponse result;
   result.energy_density = 0.5 * law.first * (x - log_of_one_plus(0.25 * x)) + 0.5 * law.second * y +

@@ -22,9 +22,11 @@ enum class StiffnessPart : std::uint8_t { whole, elastic, damping };
 ///   stiffness/(2 exponent) (exp(exponent E^2) - 1) where E > 0, and tension sqrt(I4).
 /// Smith, de Goes & Kim, "Stable neo-Hookean flesh simulation", ACM TOG 37 (2018), eq. 14, is second = 0; its
 /// term in (J - alpha)^2 with alpha = 1 + 3/4 first/bulk differs by a constant from ours, which is zero at
-/// rest without cancellation. Fibres: Holzapfel, Gasser & Ogden, J. Elasticity 61 (2000), section 4.
-/// Deviations: for exponent E^2 > 16 the energy continues as its Taylor polynomial of second order, so that
-/// no trial step overflows; sqrt(I4) is sqrt(I4 + 1e-6), so that a crushed fibre has a tangent.
+/// rest without cancellation. An ambient pressure p adds p (J - 1): over all elements of a body this is the
+/// work against a pressure p on all of its surface. Fibres: Holzapfel, Gasser & Ogden, J. Elasticity 61
+/// (2000), section 4. Deviations: for exponent E^2 > 16 the energy continues as its Taylor polynomial of
+/// second order, so that no trial step overflows; sqrt(I4) is sqrt(I4 + 1e-6), so that a crushed fibre has a
+/// tangent.
 struct HyperelasticLaw {
   double first = 0.0;   ///< Pa
   double second = 0.0;  ///< Pa
@@ -33,6 +35,10 @@ struct HyperelasticLaw {
   double fibre_stiffness = 0.0;
   double fibre_exponent = 0.0;
   double tension = 0.0;  ///< Pa
+  double ambient = 0.0;  ///< Pa
+
+  /// The derivative of the energy by J is bulk (J - 1) minus this.
+  [[nodiscard]] constexpr double rest_pressure() const { return 0.75 * first + 2.0 * second - ambient; }
 };
 
 /// Moduli of the two invariants. For small strains the shear modulus is mu = 3/4 first + second.

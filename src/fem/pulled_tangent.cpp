@@ -34,7 +34,7 @@ Matrix3 stress_change(const HyperelasticLaw& law, const Matrix3& f, const Matrix
   const double along = inner(f, df);
   const double linear = law.first * (1.0 - weight) + law.second * i1;
   const double bend = 2.0 * law.first * weight * weight + 2.0 * law.second;
-  const double pressure = law.bulk * j - (0.75 * law.first + 2.0 * law.second);
+  const double pressure = law.bulk * j - law.rest_pressure();
   const Matrix3 turned = cofactor_change(f, df);
   const double volume = law.bulk * inner(cofactor, df);
   Matrix3 change;

@@ -89,6 +89,7 @@ SmoothingDomains::SmoothingDomains(std::vector<SmoothedTet> tets, std::size_t po
   for (std::size_t d = 0; d < size(); ++d) material[d] = first_tet(d).material;
   viscosity_ = ViscousElements(materials, material);
   elastic_fractions_.assign(size(), 1.0);
+  ambient_.assign(size(), 0.0);
   stresses_.resize(size());
   densities_.resize(size());
   scales_.resize(size());

@@ -127,6 +127,11 @@ class SmoothingDomains {
 
   /// Sets tensions of active fibres, per element from `first` on, Pa, from the next update() on.
   void set_tensions(std::span<const double> tensions, Index first);
+  /// Sets ambient pressures likewise (Elements::set_ambient()). They act on the volumes det(F) V of the
+  /// domains, on each as much as it has of the bulk modulus: so its pressure is in balance there, and the
+  /// domain has no negative eigenvalues. For uniform strain this is a pressure on the surface; otherwise the
+  /// volume of a domain differs from that of its tets.
+  void set_ambient(std::span<const double> pressures, Index first);
 
   /// Sets the viscosity of the domains, as of elements. A domain's stress is the Biot stress of its part of
   /// the law.
@@ -237,7 +242,7 @@ class SmoothingDomains {
   [[nodiscard]] HyperelasticLaw law(std::size_t domain, double fraction, double tension) const;
   /// Principal axes at the positions, each with the root of the stiffness of the twist about it, Pa.
   using Twists = std::array<Vec3, 3>;
-  [[nodiscard]] static Twists twists_of(const ElementDeformation& deformation);
+  [[nodiscard]] static Twists twists_of(const ElementDeformation& deformation, double ambient);
   void set_tangent(std::size_t domain, const Matrix3& h, const ElementDeformation& deformation);
   [[nodiscard]] Matrix3 stress_change(std::size_t domain, const Matrix3& gradient) const;
   [[nodiscard]] Matrix3 stress_change(std::size_t domain, const Matrix3& gradient, StiffnessPart part) const;
@@ -254,6 +259,7 @@ class SmoothingDomains {
   std::vector<std::uint32_t> domain_tets_;   ///< of each domain, into tets_
   std::vector<HyperelasticLaw> laws_;      ///< of hyperelastic tissue, otherwise undefined; with full lambda
   std::vector<double> elastic_fractions_;  ///< (n_domains) of the factor
+  std::vector<double> ambient_;            ///< (n_domains) Pa, divided by the stiffness factor of viscosity
   std::vector<std::size_t> entry_begin_;   ///< (n_points + 1)
   std::vector<Entry> entries_;
   ViscousElements viscosity_;           ///< Maxwell elements of the domains

@@ -24,6 +24,14 @@ void SmoothingDomains::set_tensions(std::span<const double> tensions, Index firs
     laws_[d].tension = at(tensions, element(d) - first) / viscosity_.stiffness(d);
 }
 
+void SmoothingDomains::set_ambient(std::span<const double> pressures, Index first) {
+  for (std::size_t d = 0; d < size(); ++d) {
+    const SmoothedTet& tet = first_tet(d);
+    const double part = (is_volume(d) ? 3.0 : 2.0) * modulus(d) / (2.0 * tet.mu + 3.0 * tet.lambda);
+    ambient_[d] = part * at(pressures, element(d) - first) / viscosity_.stiffness(d);
+  }
+}
+
 void SmoothingDomains::set_elastic_fractions(std::span<const double> fractions) {
   for (std::size_t d = 0; d < size(); ++d) elastic_fractions_[d] = at(fractions, element(d));
 }
@@ -81,17 +89,20 @@ ElementDeformation SmoothingDomains::deformation(std::size_t domain, const Matri
 /// Along the twist about principal axis k, [u_k]x R / sqrt 2, the second derivative of the energy is 2 mu (1
 /// - 2 / (s_i + s_j)) for shape and 2 lambda tr(S - I) / (s_i + s_j) for volume (Smith, de Goes & Kim 2019,
 /// section 4.1 for the first). Along all other directions it is that at fixed R. Negative ones are set to
-/// zero. If stretches s of opposite signs cancel, the second is unbounded, so the sum is at least a half.
-SmoothingDomains::Twists SmoothingDomains::twists_of(const ElementDeformation& d) {
+/// zero. If stretches s of opposite signs cancel, the second is unbounded, so the sum is at least a half. An
+/// ambient pressure p adds p s_k.
+SmoothingDomains::Twists SmoothingDomains::twists_of(const ElementDeformation& d, double ambient) {
   constexpr double least_sum = 0.5;
   const auto [strains, axes] = symmetric_eigen(corotated_strain(d.gradient, d.rotation));
   const double volume = d.lambda * (strains.x + strains.y + strains.z);
   const Vec3 pairs{strains.y + strains.z, strains.x + strains.z, strains.x + strains.y};
-  const auto root_of_half = [&](double pair) {
-    return std::sqrt(std::max(0.0, (d.mu * pair + volume) / std::max(2.0 + pair, least_sum)));
+  const auto root_of_half = [&](double pair, double strain) {
+    const double elastic = (d.mu * pair + volume) / std::max(2.0 + pair, least_sum);
+    return std::sqrt(std::max(0.0, elastic + 0.5 * ambient * (1.0 + strain)));
   };
-  return {root_of_half(pairs.x) * (d.rotation * axes[0]), root_of_half(pairs.y) * (d.rotation * axes[1]),
-          root_of_half(pairs.z) * (d.rotation * axes[2])};
+  return {root_of_half(pairs.x, strains.x) * (d.rotation * axes[0]),
+          root_of_half(pairs.y, strains.y) * (d.rotation * axes[1]),
+          root_of_half(pairs.z, strains.z) * (d.rotation * axes[2])};
 }
 
 void SmoothingDomains::set_tangent(std::size_t domain, const Matrix3& h, const ElementDeformation& d) {
@@ -100,7 +111,7 @@ void SmoothingDomains::set_tangent(std::size_t domain, const Matrix3& h, const E
     return;
   }
   rotations_[domain] = d.rotation;
-  const Twists twists = twists_of(d);
+  const Twists twists = twists_of(d, ambient_[domain]);
   twist_stiffness_[domain] =
       scales_[domain] * outer_square(transposed(from_rows(twists[0], twists[1], twists[2])));
   const auto quad = [](const Vec3& a) {
@@ -120,7 +131,8 @@ void SmoothingDomains::update(const parallel::Threads& threads, std::span<const 
   parallel::for_each(threads, size(), domain_grain, [&](std::size_t d) {
     const Matrix3 h = displacement_gradient(d, displacements);
     const double fraction = bulk_fraction(d, bulk_fractions);
-    const ElementDeformation now = deformation(d, h, fraction, 1.0);
+    ElementDeformation now = deformation(d, h, fraction, 1.0);
+    now.law.ambient = ambient_[d];
     const HyperelasticResponse response = step_response(d, h, now);
     densities_[d] = response.energy_density;
     for (std::size_t k = 0; k < 9; ++k) stresses_[d].values[k] = volume_[d] * response.stress.values[k];
@@ -135,6 +147,11 @@ HyperelasticResponse SmoothingDomains::step_response(std::size_t domain, const M
                                                      const ElementDeformation& d) const {
   // Near rest F - I loses digits by cancellation, H does not.
   HyperelasticResponse response = d.hyperelastic ? respond(d.law, h) : elastic_response(d);
+  if (!d.hyperelastic && ambient_[domain] != 0.0) {
+    const Matrix3 cofactor = cofactors(d.gradient);
+    response.energy_density += ambient_[domain] * volume_change(h, cofactors(h));
+    for (std::size_t k = 0; k < 9; ++k) response.stress.values[k] += ambient_[domain] * cofactor.values[k];
+  }
   if (!viscosity_.has(domain)) return response;
   const double stiffness = viscosity_.stiffness(domain);
   const Matrix3 stress = first_piola_stress(viscosity_.history(domain), d.gradient, d.rotation);

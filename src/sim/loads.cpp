@@ -79,6 +79,17 @@ void add_to_corners(const Triangle& t, const Vec3& force, std::vector<Vec3>& for
   for (const Index corner : t) at(forces, corner) += (1.0 / 3.0) * force;
 }
 
+/// The value of least size in a range that is not empty, if all have one sign; otherwise 0.
+double common_part(const std::vector<double>& values, const Range& range) {
+  double least = at(values, range.begin);
+  for (Index i = range.begin; i < range.end; ++i) {
+    const double value = at(values, i);
+    if (!(value * least > 0.0)) return 0.0;
+    if (std::abs(value) < std::abs(least)) least = value;
+  }
+  return least;
+}
+
 }  // namespace
 
 double factor_at(const Ramp& ramp, double time) {
@@ -146,8 +157,11 @@ void replace_loads(const BodyLoads& change, const Bodies& bodies, LoadSet& loads
 }
 
 Loads::Loads(LoadSet loads, const Bodies& bodies, std::span<const std::uint8_t> obstacles,
-             std::span<const double> masses)
-    : rigid_(obstacles.begin(), obstacles.end()), masses_(masses), loads_(std::move(loads)) {
+             std::vector<std::uint8_t> ambient, std::span<const double> masses)
+    : rigid_(obstacles.begin(), obstacles.end()),
+      takes_ambient_(std::move(ambient)),
+      masses_(masses),
+      loads_(std::move(loads)) {
   const std::size_t points = bodies.points_rest().size();
   if (!loads_.forces.empty()) check_count("simulation", "forces", loads_.forces.size(), points);
   for (std::size_t p = 0; p < loads_.forces.size(); ++p) {
@@ -232,28 +246,40 @@ void Loads::add_surface_load(const SurfaceLoad& load, const Bodies& bodies, doub
   }
 }
 
-void Loads::add_pressures(const Bodies& bodies, std::span<const Vec3> positions, double time) {
-  turning_.clear();
-  if (!presses()) return;
-  turning_.resize(masses_.size());
-  const auto add = [&](Index triangle, double pressure) {
-    const Triangle& t = at(bodies.triangles(), triangle);
-    add_to_corners(t, (-0.5 * pressure) * area_vector(positions, t), turning_);
-  };
+void Loads::sum_pressures(const Bodies& bodies, double time) {
+  pressure_of_triangle_.assign(bodies.triangles().size(), 0.0);
+  if (!loads_.pressures.empty()) std::ranges::copy(loads_.pressures, pressure_of_triangle_.begin());
   for (const SurfaceLoad& load : loads_.surfaces) {
     if (load.pressure == 0.0) continue;
     const double pressure = factor_at(load.ramp, time) * load.pressure;
-    for (const Index triangle : load.triangles) add(triangle, pressure);
+    for (const Index triangle : load.triangles) at(pressure_of_triangle_, triangle) += pressure;
   }
-  for (std::size_t i = 0; i < loads_.pressures.size(); ++i)
-    if (loads_.pressures[i] != 0.0) add(static_cast<Index>(i), loads_.pressures[i]);
+}
+
+void Loads::add_pressures(const Bodies& bodies, std::span<const Vec3> positions, double time) {
+  turning_.clear();
+  ambient_.clear();
+  if (!presses()) return;
+  sum_pressures(bodies, time);
+  turning_.resize(masses_.size());
+  ambient_.resize(bodies.bodies().size());
+  for (std::size_t b = 0; b < ambient_.size(); ++b) {
+    const Range range = bodies.bodies()[b].triangles;
+    ambient_[b] = takes_ambient_[b] != 0 ? common_part(pressure_of_triangle_, range) : 0.0;
+    for (Index triangle = range.begin; triangle < range.end; ++triangle) {
+      const double excess = at(pressure_of_triangle_, triangle) - ambient_[b];
+      if (excess == 0.0) continue;
+      const Triangle& t = at(bodies.triangles(), triangle);
+      add_to_corners(t, (-0.5 * excess) * area_vector(positions, t), turning_);
+    }
+  }
   for (std::size_t p = 0; p < sum_.size(); ++p) sum_[p] += turning_[p];
 }
 
 fem::ExternalForces Loads::forces(const Bodies& bodies, std::span<const Vec3> positions, const Vec3& gravity,
                                   double time_end) {
   if (loads_.points.empty() && loads_.surfaces.empty() && loads_.pressures.empty() && loads_.gravity.empty())
-    return {.all = loads_.forces, .turning = {}};
+    return {.all = loads_.forces, .turning = {}, .ambient = {}};
   sum_.resize(masses_.size());
   if (loads_.forces.empty()) std::ranges::fill(sum_, Vec3{});
   if (!loads_.forces.empty()) std::ranges::copy(loads_.forces, sum_.begin());
@@ -269,7 +295,7 @@ fem::ExternalForces Loads::forces(const Bodies& bodies, std::span<const Vec3> po
     for (Index p = range.begin; p < range.end; ++p)
       at(sum_, p) += at(masses_, p) * (*loads_.gravity[b] - gravity);
   }
-  return {.all = sum_, .turning = turning_};
+  return {.all = sum_, .turning = turning_, .ambient = ambient_};
 }
 
 }  // namespace palpate

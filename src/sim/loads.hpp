@@ -32,9 +32,10 @@ class Loads {
   /// Throws Error naming the load: arrays whose length does not match the bodies, an index out of range, a
   /// triangle of a rigid body or named twice, a number that is not finite, times of a ramp that do not grow.
   /// \param obstacles  (n_bodies) 1: rigid
+  /// \param ambient    (n_bodies) 1: can have an ambient pressure (fem::ExternalForces)
   /// \param masses     (n_points), kg; must outlive this
   Loads(LoadSet loads, const Bodies& bodies, std::span<const std::uint8_t> obstacles,
-        std::span<const double> masses);
+        std::vector<std::uint8_t> ambient, std::span<const double> masses);
 
   /// Replace the loads. They throw Error as Simulation's functions of the same names do.
   void set_forces(std::span<const Index> points, std::span<const Vec3> forces);
@@ -45,8 +46,9 @@ class Loads {
   /// Whether there are pressures: forces() depends on positions.
   [[nodiscard]] bool presses() const;
   /// Forces on points in a step (n_points x 3), N; empty without loads. Ramps are evaluated at the end of the
-  /// step, since it is implicit. Valid until the next call. O(points + loaded
-  /// triangles), O(1) with forces on points only.
+  /// step, since it is implicit. If pressures of one sign act on all surface triangles of a body that can
+  /// have an ambient pressure, the least of them is its ambient pressure, and only the others' excess is in
+  /// the forces. Valid until the next call. O(points + triangles), O(1) with forces on points only.
   fem::ExternalForces forces(const Bodies& bodies, std::span<const Vec3> positions, const Vec3& gravity,
                              double time_end);
 
@@ -58,13 +60,17 @@ class Loads {
 
  private:
   void add_surface_load(const SurfaceLoad& load, const Bodies& bodies, double time);
+  void sum_pressures(const Bodies& bodies, double time);
   void add_pressures(const Bodies& bodies, std::span<const Vec3> positions, double time);
 
-  std::vector<std::uint8_t> rigid_;  ///< (n_bodies)
+  std::vector<std::uint8_t> rigid_;          ///< (n_bodies)
+  std::vector<std::uint8_t> takes_ambient_;  ///< (n_bodies)
   std::span<const double> masses_;
   LoadSet loads_;
-  std::vector<Vec3> sum_;      ///< (n_points) forces of the current step
-  std::vector<Vec3> turning_;  ///< (n_points) those of them that pressures make, or empty
+  std::vector<Vec3> sum_;                     ///< (n_points) forces of the current step
+  std::vector<Vec3> turning_;                 ///< (n_points) those of them that pressures make, or empty
+  std::vector<double> pressure_of_triangle_;  ///< (n_triangles) of the current step, Pa
+  std::vector<double> ambient_;               ///< (n_bodies) of the current step, Pa, or empty
 };
 
 /// Factor of a ramp at a time. O(times).

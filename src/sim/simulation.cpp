@@ -88,7 +88,7 @@ Simulation::State::State(std::shared_ptr<const SimulationCore> the_core, HeldMod
       threads(n),
       prescribed(std::move(held.motions), motions_of_present(holds, bodies), holds.prescribed_start),
       dynamics(bodies, materials, constrained_points(holds, bodies), obstacles, threads),
-      loads(std::move(load_set), bodies, holds.obstacles, dynamics.point_masses()),
+      loads(std::move(load_set), bodies, holds.obstacles, dynamics.ambient_bodies(), dynamics.point_masses()),
       grabs(static_cast<Index>(bodies.points_rest().size())),
       detector(bodies, without_absent(settings.detection, holds.absent), obstacles, n),
       contact_materials(fem::mean_materials(bodies, materials)),

@@ -21,7 +21,7 @@ namespace {
 #if HWY_MAX_BYTES >= 32 && !HWY_HAVE_SCALABLE
 
 struct LawV {
-  V first, second, bulk;
+  V first, second, bulk, ambient;
   Vec3V fibre;
   V fibre_stiffness, fibre_exponent, tension;
 };
@@ -34,7 +34,7 @@ struct FibreV {
 struct FactorsV {
   V linear;    ///< m = first (1 - 1/(I1 + 1))
   V bend;      ///< 2 first / (I1 + 1)^2
-  V pressure;  ///< p = bulk (J - 1) - (3/4 first + 2 second)
+  V pressure;  ///< p = bulk (J - 1) - (3/4 first + 2 second - ambient)
   V bulk;
 };
 struct ResponseV {
@@ -151,7 +151,7 @@ HWY_INLINE ResponseV respond(const LawV& law, const Matrix3V& h, const Matrix3V&
   const V trace_ch = hn::Add(first_row.x, hn::Add(yy, zz));
   const V j = hn::Add(hn::Add(trace, trace_ch), dot(h.a, first_row));  // J - 1 without cancellation
   const V x = hn::MulAdd(set(2.0), trace, inner(h, h));
-  const V rest = hn::MulAdd(set(0.75), law.first, hn::Mul(set(2.0), law.second));
+  const V rest = hn::MulAdd(set(0.75), law.first, hn::MulSub(set(2.0), law.second, law.ambient));
   const V half = set(0.5);
   const V log = log_of_one_plus(hn::Mul(set(0.25), x));
   const V i1 = hn::Add(x, set(3.0));

@@ -50,10 +50,18 @@ HWY_INLINE LawV load_law(const HyperelasticPass& pass, std::size_t e) {
   const auto column = [&](LawColumn c) { return hn::LoadU(D(), pass.laws[c] + (e - pass.first_law)); };
   const V zero = hn::Zero(D());
   if (!pass.fibres)
-    return {column(law_first), column(law_second), column(law_bulk), {zero, zero, zero}, zero, zero, zero};
+    return {column(law_first),
+            column(law_second),
+            column(law_bulk),
+            column(law_ambient),
+            {zero, zero, zero},
+            zero,
+            zero,
+            zero};
   return {column(law_first),
           column(law_second),
           column(law_bulk),
+          column(law_ambient),
           {column(law_fibre_x), column(law_fibre_y), column(law_fibre_z)},
           column(law_fibre_stiffness),
           column(law_fibre_exponent),

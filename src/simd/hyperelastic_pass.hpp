@@ -12,12 +12,13 @@ namespace palpate::simd {
 inline constexpr std::size_t block_stride = 56;
 
 /// Columns of the law of each element (fem/hyperelastic.hpp), in Pa unless noted: moduli of the first and the
-/// second invariant and of the volume; the unit vector of the fibres or zero, their stiffness, exponent (no
-/// unit) and tension.
+/// second invariant and of the volume, ambient pressure; the unit vector of the fibres or zero, their
+/// stiffness, exponent (no unit) and tension.
 enum LawColumn : std::uint8_t {
   law_first,
   law_second,
   law_bulk,
+  law_ambient,
   law_fibre_x,
   law_fibre_y,
   law_fibre_z,

@@ -23,8 +23,8 @@ struct Lame {
 
 /// Smith, de Goes & Kim 2018, eq. 14 with the reparametrisation of their section 3.4; for Mooney-Rivlin
 /// with C01 (I2 - 3) added and alpha and moduli such that rest is Hooke's law. Fibres of Holzapfel, Gasser &
-/// Ogden 2000.
-inline Real energy(const Material& m, const Matrix& f, Real tension) {
+/// Ogden 2000. The work against an ambient pressure is added.
+inline Real energy(const Material& m, const Matrix& f, Real tension, Real ambient = 0) {
   const Lame lame(m);
   const Real c = m.model == MaterialModel::mooney_rivlin ? Real(m.mooney_fraction) : Real(0);
   const Real c01 = c * lame.mu / 2;
@@ -35,7 +35,7 @@ inline Real energy(const Material& m, const Matrix& f, Real tension) {
   const Real j = f.determinant();
   const Real second = (first * first - (f.transpose() * f).squaredNorm()) / 2;
   Real sum = mu / 2 * (first - 3) + lambda / 2 * (j - alpha) * (j - alpha) - mu / 2 * std::log(first + 1) +
-             c01 * (second - 3);
+             c01 * (second - 3) + ambient * (j - 1);
   if (!m.fibres.any()) return sum;
   const Eigen::Matrix<Real, 3, 1> a =
       Eigen::Matrix<Real, 3, 1>(m.fibres.direction.x, m.fibres.direction.y, m.fibres.direction.z)
@@ -48,7 +48,7 @@ inline Real energy(const Material& m, const Matrix& f, Real tension) {
   return sum + tension * std::sqrt(i4 + Real(1e-6));
 }
 
-inline Matrix stress(const Material& m, const Matrix& f, Real tension) {
+inline Matrix stress(const Material& m, const Matrix& f, Real tension, Real ambient = 0) {
   constexpr Real d = 1e-5L;
   Matrix p;
   for (int i = 0; i < 3; ++i) {
@@ -56,7 +56,7 @@ inline Matrix stress(const Material& m, const Matrix& f, Real tension) {
       const auto shifted = [&](Real by) {
         Matrix g = f;
         g(i, j) += by;
-        return energy(m, g, tension);
+        return energy(m, g, tension, ambient);
       };
       p(i, j) = (8 * (shifted(d) - shifted(-d)) - (shifted(2 * d) - shifted(-2 * d))) / (12 * d);
     }

@@ -18,7 +18,7 @@ namespace {
 using Matrix9 = Eigen::Matrix<double, 9, 9>;
 
 /// d vec(P) / d vec(F), row by row.
-Matrix9 hessian(const Material& m, const Matrix& f, Real tension) {
+Matrix9 hessian(const Material& m, const Matrix& f, Real tension, Real ambient = 0) {
   constexpr Real d = 1e-4L;
   Matrix9 c;
   for (int k = 0; k < 9; ++k) {
@@ -26,7 +26,7 @@ Matrix9 hessian(const Material& m, const Matrix& f, Real tension) {
     Matrix minus = f;
     plus(k / 3, k % 3) += d;
     minus(k / 3, k % 3) -= d;
-    const Matrix change = (stress(m, plus, tension) - stress(m, minus, tension)) / (2 * d);
+    const Matrix change = (stress(m, plus, tension, ambient) - stress(m, minus, tension, ambient)) / (2 * d);
     for (int i = 0; i < 9; ++i) c(i, k) = static_cast<double>(change(i / 3, i % 3));
   }
   return 0.5 * (c + c.transpose());
@@ -62,10 +62,12 @@ bool is_smooth(const Material& m, const Matrix& f) {
   return std::abs(e) > 0.01 && m.fibres.exponent * e * e < 15.9;
 }
 
-HyperelasticLaw law_of(const Material& m, double tension = 0.0) {
+HyperelasticLaw law_of(const Material& m, double tension = 0.0, double ambient = 0.0) {
   const auto [first, second] = invariant_moduli(m);
-  HyperelasticLaw law{
-      .first = first, .second = second, .bulk = bulk_of(static_cast<double>(Lame(m).lambda), first)};
+  HyperelasticLaw law{.first = first,
+                      .second = second,
+                      .bulk = bulk_of(static_cast<double>(Lame(m).lambda), first),
+                      .ambient = ambient};
   if (!m.fibres.any()) return law;
   law.fibre = (1.0 / length(m.fibres.direction)) * m.fibres.direction;
   law.fibre_stiffness = m.fibres.stiffness;
@@ -93,14 +95,14 @@ std::vector<Matrix> deformations(unsigned seed) {
   return all;
 }
 
-void expect_stress(const Material& m, double tension) {
+void expect_stress(const Material& m, double tension, double ambient = 0.0) {
   for (const Matrix& f : deformations(5)) {
     if (!is_smooth(m, f)) continue;
-    const HyperelasticResponse r = respond(law_of(m, tension), minus_identity(f));
-    const Matrix exact = stress(m, f, tension);
+    const HyperelasticResponse r = respond(law_of(m, tension, ambient), minus_identity(f));
+    const Matrix exact = stress(m, f, tension, ambient);
     const double size = static_cast<double>(exact.norm() + Lame(m).mu);
     EXPECT_LT((to_eigen(r.stress) - exact.cast<double>()).norm(), 1e-9 * size);
-    const Real here = energy(m, f, tension) - energy(m, Matrix::Identity(), tension);
+    const Real here = energy(m, f, tension, ambient) - energy(m, Matrix::Identity(), tension, ambient);
     EXPECT_NEAR(r.energy_density, static_cast<double>(here),
                 1e-12 * static_cast<double>(std::abs(here) + Lame(m).mu));
   }
@@ -130,14 +132,14 @@ void expect_blocks(const std::array<double, tangent_values>& blocks, const Matri
 }
 
 /// The blocks are those of the exact Hessian without its negative eigenvalues.
-void expect_tangent(const Material& m, double tension) {
+void expect_tangent(const Material& m, double tension, double ambient = 0.0) {
   for (const Matrix& f : deformations(6)) {
     if (!is_smooth(m, f)) continue;
     Material ground = m;
     ground.fibres = {};
-    Matrix9 c = positive_part(hessian(ground, f, 0));
+    Matrix9 c = positive_part(hessian(ground, f, 0, ambient));
     if (m.fibres.any()) c += hessian(m, f, tension) - hessian(ground, f, 0);
-    const HyperelasticLaw law = law_of(m, tension);
+    const HyperelasticLaw law = law_of(m, tension, ambient);
     std::array<double, tangent_values> blocks{};
     put_blocks(tangent(law, minus_identity(f)), law.fibre, gradients, 2.0, blocks);
     expect_blocks(blocks, c, 2.0);
@@ -150,6 +152,15 @@ TEST(MaterialStress, IsTheDerivativeOfTheEnergyOfThePaper) {
 
 TEST(MaterialTangent, IsTheHessianWithoutItsNegativeEigenvalues) {
   for (const Material& m : isotropic()) expect_tangent(m, 0.0);
+}
+
+TEST(MaterialStress, HasTheWorkAgainstAnAmbientPressure) {
+  for (const Material& m : isotropic()) {
+    for (const double ambient : {4e3, -7e3, 1e5}) {
+      expect_stress(m, 0.0, ambient);
+      expect_tangent(m, 0.0, ambient);
+    }
+  }
 }
 
 TEST(FibreMaterial, HasStressAndTangentOfItsEnergy) {
@@ -181,16 +192,18 @@ TEST(FibreMaterial, ThatPullsHasTheWholeTangent) {
               .cast<Real>();
       if (!is_smooth(m, f)) continue;
       const double tension = 2e4 * uniform(random);
+      const double ambient = n % 2 == 0 ? 0.0 : 1e4 * uniform(random);
       std::array<double, tangent_values> blocks{};
-      if (!put_pulled_blocks(law_of(m, tension), minus_identity(f), gradients, 2.0, blocks)) continue;
+      if (!put_pulled_blocks(law_of(m, tension, ambient), minus_identity(f), gradients, 2.0, blocks))
+        continue;
       ++whole;
-      const Eigen::Matrix3d stress_now = stress(m, f, tension).cast<double>();
+      const Eigen::Matrix3d stress_now = stress(m, f, tension, ambient).cast<double>();
       const Eigen::Matrix3d second = f.cast<double>().inverse() * stress_now;
       const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(0.5 * (second + second.transpose()));
       const Eigen::Matrix3d negative = solver.eigenvectors() *
                                        solver.eigenvalues().cwiseMin(0.0).asDiagonal() *
                                        solver.eigenvectors().transpose();
-      Matrix9 c = hessian(m, f, tension);
+      Matrix9 c = hessian(m, f, tension, ambient);
       for (int i = 0; i < 3; ++i) c.block<3, 3>(3 * i, 3 * i) -= negative;
       expect_blocks(blocks, c, 2.0);
       EXPECT_GT(Eigen::SelfAdjointEigenSolver<Matrix9>(c).eigenvalues()[0], -1e-5 * c.norm());

@@ -130,6 +130,7 @@ TEST(Smoothing, ForcesAreTheDerivativeOfTheEnergy) {
   for (const Material& m : materials()) {
     for (const double amplitude : {0.01, 0.1}) {  // of cells of 0.16: with inverted tets
       Box box(m);
+      box.elements.set_ambient(std::vector<double>(1, amplitude > 0.05 ? 3e3 : 0.0));
       const auto middle = noisy(box.bodies, amplitude, 5);
       box.update(middle);
       const auto forces = point_forces(box.elements);
@@ -239,6 +240,37 @@ TEST(Smoothing, UniformStrainHasUniformStressAndNoForcesInside) {
       EXPECT_NEAR(state.von_mises[t], uniform.von_mises[t], bound * uniform.von_mises[t]);
       EXPECT_NEAR(state.energy_density[t], uniform.energy_density[t], bound * uniform.energy_density[t]);
     }
+  }
+}
+
+/// Where strain is uniform, forces of an ambient pressure are those on the triangles of the surface. If the
+/// body turns, they turn with it, as the derivative says: a uniform stretch has no negative eigenvalue.
+TEST(Smoothing, AmbientPressureIsThatOnTheSurfaceAndTurnsWithIt) {
+  constexpr double pressure = 2e3;
+  std::mt19937_64 random(17);
+  for (const Material& m : materials()) {
+    Box box(m, {4, 3, 3});
+    const Matrix3 turn = random_rotation(random);
+    const auto positions = mapped(box.bodies, [&](const Vec3& p) { return 1.05 * (turn * p); });
+    box.update(positions);
+    auto expected = point_forces(box.elements);
+    for (const Triangle& t : box.bodies.triangles()) {
+      const Vec3& corner = at(positions, t[0]);
+      const Vec3 area = 0.5 * cross(at(positions, t[1]) - corner, at(positions, t[2]) - corner);
+      for (const Index p : t) at(expected, p) += (-pressure / 3.0) * area;
+    }
+    box.elements.set_ambient(std::vector<double>(1, pressure));
+    box.update(positions);
+    const auto forces = point_forces(box.elements);
+    for (std::size_t i = 0; i < forces.size(); ++i)
+      EXPECT_LT(length(forces[i] - expected[i]), 1e-11 * largest(forces));
+    if (m.fibres.any()) continue;
+    const Vec3 axis{0.3, -0.5, 0.8};
+    std::vector<Vec3> motion;
+    for (const Vec3& p : positions) motion.push_back(cross(axis, p));
+    const auto product = unpadded(box.elements.multiply(parallel::Threads(1), padded(motion)));
+    for (std::size_t i = 0; i < forces.size(); ++i)
+      EXPECT_LT(length(product[i] + cross(axis, forces[i])), 1e-10 * largest(forces));
   }
 }
 

@@ -240,6 +240,7 @@ struct MixedBodies {
     Elements made(bodies, materials, std::vector<std::uint8_t>(2, 0));
     made.set_activations(std::vector<double>{0.5, 0.0, 0.0});
     made.set_factors(std::vector<double>(static_cast<std::size_t>(made.size()), 1e-4));
+    made.set_ambient(std::vector<double>{900.0, 0.0});
     return made;
   }
   Bodies bodies;
@@ -277,6 +278,51 @@ TEST(MaterialTargets, TheKernelEqualsItsTwin) {
     }
   });
   EXPECT_GT(inverted, 5);
+}
+
+/// Oracle: the forces of a pressure on the triangles of the surface, and the volume that they enclose.
+TEST(MaterialTargets, AmbientPressureIsThatOnTheSurface) {
+  const Bodies bodies = single_body(irregular_box_mesh({4, 3, 3}, box, 0.2));
+  Material m = tissue_of(0.45);
+  m.fibres = Fibres{.direction = {1.0, 1.0, 0.0}, .stiffness = 5e3, .exponent = 1.0};
+  const Materials materials{std::vector<Material>(1, m)};
+  const auto positions = noisy(bodies, 0.02, 3);
+  constexpr double pressure = 3e4;
+  std::vector<Vec3> expected(positions.size());
+  double volume = -box.x * box.y * box.z;
+  for (const Triangle& t : bodies.triangles()) {
+    const Vec3& corner = at(positions, t[0]);
+    const Vec3 area = 0.5 * cross(at(positions, t[1]) - corner, at(positions, t[2]) - corner);
+    volume += dot(corner, area) / 3.0;
+    for (const Index p : t) at(expected, p) += (-pressure / 3.0) * area;
+  }
+  const auto expect = [&](bool one_by_one) {
+    Elements plain(bodies, materials, std::vector<std::uint8_t>(1, 0));
+    ASSERT_EQ(plain.ambient_bodies(1), std::vector<std::uint8_t>(1, 1));
+    Elements pressed = plain;
+    EXPECT_TRUE(pressed.set_ambient(std::vector<double>(1, pressure)));
+    EXPECT_FALSE(pressed.set_ambient(std::vector<double>(1, pressure)));
+    double work = 0.0;
+    for (Elements* elements : {&plain, &pressed}) {
+      if (one_by_one)
+        elements->update_one_by_one(positions);
+      else
+        elements->update(parallel::Threads(1), positions);
+      for (Index e = 0; e < elements->size(); ++e) {
+        work += (elements == &pressed ? 1.0 : -1.0) * elements->energy(e);
+        EXPECT_EQ(elements->energy(e, positions), plain.energy(e, positions));
+      }
+    }
+    EXPECT_NEAR(work, pressure * volume, 1e-9 * pressure * box.x * box.y * box.z);
+    for (std::size_t i = 0; i < expected.size(); ++i) {
+      const Vec3 found{pressed.point_forces()[i].x - plain.point_forces()[i].x,
+                       pressed.point_forces()[i].y - plain.point_forces()[i].y,
+                       pressed.point_forces()[i].z - plain.point_forces()[i].z};
+      EXPECT_LT(length(found - expected[i]), 1e-10 * pressure * box.x * box.y) << i;
+    }
+  };
+  expect(true);
+  palpate::test::for_each_simd_target([&](const char*) { expect(false); });
 }
 
 TEST(MaterialTargets, HaveTheSameBits) {

@@ -310,7 +310,7 @@ TEST(Prony, StepsThatStretchFarConverge) {
     for (std::size_t i = 0; i < forces.size(); ++i) forces[i].x = ends[i] != 0 ? 175.0 : 0.0;
     double stretch = 0.0;
     for (int n = 0; n < 30; ++n) {
-      dynamics.begin_step(0.05, {}, {.all = forces, .turning = {}});
+      dynamics.begin_step(0.05, {}, {.all = forces, .turning = {}, .ambient = {}});
       int solves = 0;
       do {
         dynamics.solve({}, {.tolerance = 1e-8, .max_iterations = 2000});

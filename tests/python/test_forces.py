@@ -352,16 +352,19 @@ def test_of_forces_on_a_point_given_twice_the_last_holds():
     assert "last force holds" in palpate.Simulation.set_forces.__doc__
 
 
-def test_a_pressure_for_each_triangle_gives_the_sum_of_its_forces():
-    """Newton: the momentum after a step is that of the sum of - p A n, by NumPy."""
+@pytest.mark.parametrize(("law", "least"), [("corotational", -50.0), ("stable-neo-hookean", -50.0),
+                                            ("stable-neo-hookean", 20.0)])
+def test_a_pressure_for_each_triangle_gives_the_sum_of_its_forces(law, least):
+    """Newton: the momentum after a step is that of the sum of - p A n, by NumPy. In the last case a part of it is a
+    pressure on all of the body, which is computed with the tissue."""
     rng = np.random.default_rng(5)
     model = palpate.Model()
     points, tets = palpate.box((3, 3, 3), (0.1, 0.1, 0.1))
-    model.add_body(points, tets, material=palpate.Material(young_modulus=5e4))
+    model.add_body(points, tets, material=palpate.Material(young_modulus=5e4, model=law))
     simulation = palpate.Simulation(model, **WEIGHTLESS)
     corners = points[simulation.bodies.triangles]
     normals = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    pressures = rng.uniform(-50.0, 100.0, len(normals))
+    pressures = rng.uniform(least, 100.0, len(normals))
     simulation.set_pressure(np.arange(len(normals)), pressures)
     simulation.step()
     tet_masses = 1000.0 * np.abs(np.linalg.det(points[tets][:, 1:] - points[tets][:, :1])) / 6

@@ -107,8 +107,7 @@ def test_tied_bodies_keep_their_angular_momentum(model, time_step, least):
 @pytest.mark.parametrize("pressure", [1000, -1000])
 @pytest.mark.parametrize("time_step", [0.01, 0.005])
 def test_a_pressure_does_not_drive_a_bar_that_bends(model, pressure, time_step):
-    """It is bent by a load, and released. Pressures of other positions drove it to 70 times the energy. Hyperelastic
-    tissue still gains a little where the pressure is positive."""
+    """It is bent by a load, and released. Pressures of other positions drove it to 70 times the energy."""
     ends = {"lower": [0.099, -1, -1], "upper": [0.101, 1, 1]}
     bar = {
         "name": "bar",
@@ -129,8 +128,38 @@ def test_a_pressure_does_not_drive_a_bar_that_bends(model, pressure, time_step):
             energies.append(simulation.metrics.kinetic_energy)
         most.append(max(energies))
     assert simulation.steps_not_converged == 0
-    gains = model != "corotational" and pressure > 0
-    assert most[3] < (1.6 if gains else 0.85) * most[0]
+    assert most[3] < 0.85 * most[0]
+
+
+@pytest.mark.parametrize(
+    ("law", "elements", "fraction", "active"),
+    [("stable-neo-hookean", "linear", 1.0, 0.0), ("stable-neo-hookean", "linear", 0.1, 0.3),
+     ("stable-neo-hookean", "smoothed", 1.0, 0.0), ("corotational", "smoothed", 0.3, 0.0)])
+@pytest.mark.parametrize("time_step", [0.002, 0.01])
+def test_a_plate_rests_under_a_pressure_on_all_of_it(law, elements, fraction, active, time_step):
+    """Of its Young's modulus. What is held by one end and in balance all around hardly resists bending. Plates were
+    thrown away, and with active fibres steps did not converge."""
+    material = {"young_modulus": 9e5, "poisson_ratio": 0.45, "model": law, "elements": elements}
+    if active:
+        material["fibres"] = {"direction": [0.5, -0.6, 0.6], "active_stress": active * 9e5,
+                              "activation": {"times": [0, 0.1], "factors": [0, 1]}}
+    plate = {
+        "name": "plate",
+        "box": {"cells": [8, 4, 2], "size": [0.025, 0.01, 0.003]},
+        "material": material,
+        "loads": [{"pressure": fraction * 9e5, "box": EVERYWHERE, "ramp": {"times": [0, 0.1], "factors": [0, 1]}}],
+        "fixed": [{"box": {"lower": [-0.01251, -1, -1], "upper": [-0.01249, 1, 1]}}],
+    }
+    simulation = palpate.Simulation({"time_step": time_step, "gravity": [0, 0, 0], "bodies": [plate]}, threads=1)
+    simulation.run(round(0.3 / time_step))
+    assert simulation.steps_not_converged == 0
+    assert np.linalg.norm(simulation.velocities, axis=1).max() < 1e-4
+    if not active:
+        away = np.asarray(simulation.bodies.points_rest)[:, 0] > 0.0
+        volume = simulation.tissue().volume_ratio
+        bulk = 9e5 / (3.0 * (1.0 - 2.0 * 0.45))
+        assert np.median(volume) == pytest.approx(1.0 - fraction * 9e5 / bulk, abs=0.03)
+        assert np.abs(simulation.positions[away, 2]).max() < 0.00155
 
 
 @pytest.mark.parametrize("damping", [0.0, 0.02])
