@@ -15,9 +15,6 @@ constexpr double least_pull = 1e-4;
 /// A negative eigenvalue of this size, relative to the largest entry, may come from rounding.
 constexpr double rounding = 1e-9;
 
-/// dP/dF: row 3 i + c belongs to P_ic, column 3 j + d to F_jd.
-using Tangent = std::array<std::array<double, 9>, 9>;
-
 Matrix3 cofactor_change(const Matrix3& f, const Matrix3& df) {
   const auto row_of = [&](int a, int b) {
     return cross(row(df, a), row(f, b)) + cross(row(f, a), row(df, b));
@@ -60,7 +57,7 @@ SymmetricMatrix3 compression(const Matrix3& f, const Matrix3& stress) {
   return positive_part(symmetric_eigen(-1.0 * s));
 }
 
-bool is_semi_definite(Tangent m) {
+bool is_semi_definite(WholeTangent m) {
   double largest = 0.0;
   for (std::size_t k = 0; k < 9; ++k) largest = std::max(largest, std::abs(m[k][k]));
   for (std::size_t k = 0; k < 9; ++k) {
@@ -74,10 +71,57 @@ bool is_semi_definite(Tangent m) {
   return true;
 }
 
+/// Rotates rows and columns p and q of a symmetric matrix so that entry (p, q) becomes zero, and columns of
+/// the product of all rotations.
+void rotate(WholeTangent& a, WholeTangent& v, std::size_t p, std::size_t q) {
+  if (a[p][q] == 0.0) return;
+  const double theta = (a[q][q] - a[p][p]) / (2.0 * a[p][q]);
+  const double t = (theta >= 0.0 ? 1.0 : -1.0) / (std::abs(theta) + std::sqrt(theta * theta + 1.0));
+  const double c = 1.0 / std::sqrt(t * t + 1.0);
+  const double s = t * c;
+  const auto mix = [&](double& one, double& other) {
+    const double before = one;
+    one = c * before - s * other;
+    other = s * before + c * other;
+  };
+  for (std::size_t k = 0; k < 9; ++k) mix(a[k][p], a[k][q]);
+  for (std::size_t k = 0; k < 9; ++k) mix(a[p][k], a[q][k]);
+  for (std::size_t k = 0; k < 9; ++k) mix(v[k][p], v[k][q]);
+}
+
+/// Sets negative eigenvalues to zero, by cyclic Jacobi rotations as in symmetric_eigen().
+void drop_negative(WholeTangent& m) {
+  constexpr int most_sweeps = 16;  // convergence is quadratic
+  double largest = 0.0;
+  for (std::size_t i = 0; i < 9; ++i) {
+    for (std::size_t j = 0; j < i; ++j) m[i][j] = m[j][i] = 0.5 * (m[i][j] + m[j][i]);
+    largest = std::max(largest, std::abs(m[i][i]));
+  }
+  WholeTangent v{};
+  for (std::size_t k = 0; k < 9; ++k) v[k][k] = 1.0;
+  for (int sweep = 0; sweep < most_sweeps; ++sweep) {
+    double rest = 0.0;
+    for (std::size_t p = 0; p < 9; ++p) {
+      for (std::size_t q = p + 1; q < 9; ++q) {
+        rest = std::max(rest, std::abs(m[p][q]));
+        rotate(m, v, p, q);
+      }
+    }
+    if (rest <= rounding * largest) break;
+  }
+  std::array<double, 9> values{};
+  for (std::size_t k = 0; k < 9; ++k) values[k] = std::max(m[k][k], 0.0);
+  for (std::size_t i = 0; i < 9; ++i) {
+    for (std::size_t j = 0; j < 9; ++j) {
+      m[i][j] = 0.0;
+      for (std::size_t k = 0; k < 9; ++k) m[i][j] += values[k] * v[i][k] * v[j][k];
+    }
+  }
+}
+
 }  // namespace
 
-bool put_pulled_blocks(const HyperelasticLaw& law, const Matrix3& h, const std::array<Vec3, 3>& gradients,
-                       double scale, std::span<double, tangent_values> blocks) {
+bool pulled_tangent(const HyperelasticLaw& law, const Matrix3& h, WholeTangent& result) {
   const FibreState fibre = fibre_state(law, h);
   if (!(fibre.stress > least_pull * law.first)) return false;
   const Matrix3 f = plus_identity(h);
@@ -86,7 +130,6 @@ bool put_pulled_blocks(const HyperelasticLaw& law, const Matrix3& h, const std::
   if (!(change > most_crushed)) return false;
   const Matrix3 cofactor = cofactors(f);
   const SymmetricMatrix3 held = compression(f, respond(law, h).stress);
-  Tangent m{};
   for (int j = 0; j < 3; ++j) {
     for (int d = 0; d < 3; ++d) {
       Matrix3 df;
@@ -99,27 +142,43 @@ bool put_pulled_blocks(const HyperelasticLaw& law, const Matrix3& h, const std::
       dp(j, 0) += stiffened.x;
       dp(j, 1) += stiffened.y;
       dp(j, 2) += stiffened.z;
-      for (std::size_t k = 0; k < 9; ++k) m[k][static_cast<std::size_t>(3 * j + d)] = dp.values[k];
+      for (std::size_t k = 0; k < 9; ++k) result[k][static_cast<std::size_t>(3 * j + d)] = dp.values[k];
     }
   }
-  if (!is_semi_definite(m)) return false;
-  put_blocks(
-      [&](std::size_t a, std::size_t b) {
-        Matrix3 block;
-        const std::array<double, 3> own{gradients[a].x, gradients[a].y, gradients[a].z};
-        const std::array<double, 3> other{gradients[b].x, gradients[b].y, gradients[b].z};
-        for (std::size_t i = 0; i < 3; ++i) {
-          for (std::size_t j = 0; j < 3; ++j) {
-            double sum = 0.0;
-            for (std::size_t c = 0; c < 3; ++c) {
-              for (std::size_t d = 0; d < 3; ++d) sum += own[c] * other[d] * m[3 * i + c][3 * j + d];
-            }
-            block(static_cast<int>(i), static_cast<int>(j)) = sum;
-          }
-        }
-        return block;
-      },
-      scale, blocks);
+  if (!is_semi_definite(result)) drop_negative(result);
+  return true;
+}
+
+Matrix3 stress_change_of(const WholeTangent& tangent, const Matrix3& gradient_change) {
+  Matrix3 change;
+  for (std::size_t i = 0; i < 9; ++i) {
+    for (std::size_t k = 0; k < 9; ++k) change.values[i] += tangent[i][k] * gradient_change.values[k];
+  }
+  return change;
+}
+
+Matrix3 block_of(const WholeTangent& tangent, const Vec3& a, const Vec3& b) {
+  const std::array<double, 3> own{a.x, a.y, a.z};
+  const std::array<double, 3> other{b.x, b.y, b.z};
+  Matrix3 block;
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      double sum = 0.0;
+      for (std::size_t c = 0; c < 3; ++c) {
+        for (std::size_t d = 0; d < 3; ++d) sum += own[c] * other[d] * tangent[3 * i + c][3 * j + d];
+      }
+      block(static_cast<int>(i), static_cast<int>(j)) = sum;
+    }
+  }
+  return block;
+}
+
+bool put_pulled_blocks(const HyperelasticLaw& law, const Matrix3& h, const std::array<Vec3, 3>& gradients,
+                       double scale, std::span<double, tangent_values> blocks) {
+  WholeTangent whole{};
+  if (!pulled_tangent(law, h, whole)) return false;
+  put_blocks([&](std::size_t a, std::size_t b) { return block_of(whole, gradients[a], gradients[b]); }, scale,
+             blocks);
   return true;
 }
 

@@ -10,7 +10,7 @@
 namespace palpate::fem {
 namespace {
 
-constexpr std::array<std::array<std::size_t, 2>, 6> edges{{{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}}};
+constexpr auto& edges = SmoothedTet::edges;
 
 /// The part of a domain that is in one tet, with the edge or point of the domain.
 struct Part {
@@ -96,7 +96,11 @@ SmoothingDomains::SmoothingDomains(std::vector<SmoothedTet> tets, std::size_t po
   rotations_.resize(size());
   twist_stiffness_.resize(size());
   rotated_.resize(points_.size());
-  tangents_.resize(std::ranges::any_of(tets_, &SmoothedTet::hyperelastic) ? size() : 0);
+  const bool hyperelastic = std::ranges::any_of(tets_, &SmoothedTet::hyperelastic);
+  const bool fibres =
+      std::ranges::any_of(laws_, [](const HyperelasticLaw& law) { return law.fibre != Vec3{}; });
+  if (hyperelastic) tangents_.resize(size(), fibres);
+  pressures_.resize(hyperelastic ? size() : 0);
   changes_.resize(size());
 }
 

@@ -7,6 +7,7 @@
 
 #include <palpate/types.hpp>
 
+#include "fem/domain_tangents.hpp"
 #include "fem/hyperelastic.hpp"
 #include "fem/matrix.hpp"
 #include "fem/viscosity.hpp"
@@ -30,6 +31,9 @@ struct SmoothedTet {
   bool hyperelastic = false;        ///< its law is `law`, otherwise the corotational one
   HyperelasticLaw law;
 
+  /// Corners of its edges.
+  static constexpr std::array<std::array<std::size_t, 2>, 6> edges{
+      {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}}};
   /// Index of the patch among the domains of a tet: after six edges and four points.
   static constexpr std::uint32_t patch_place = 10;
   /// The part of lambda of domains of points, up to 4 mu, Pa; that of patches is the rest. So patches exist
@@ -55,7 +59,9 @@ struct SmoothedTet {
 ///   corotational: mu |F - R|^2 and lambda/2 tr^2(R^T F - I); hyperelastic: the law with lambda = 0, fibres
 ///   included, and lambda/2 (J - 1)^2.
 /// Forces are -V P b_i and stiffness blocks V b_i : dP/dF : b_j, as for a tet; of corotational ones without
-/// the negative part (twists_of).
+/// the negative part (twists_of). Of hyperelastic ones, the pressure of volume dW/dJ has its part of dP/dF in
+/// the domains for shape (set_shape_tangent): there it is in balance with the stress of shape and of fibres,
+/// and each alone would have negative eigenvalues, without which the sum would be far too stiff.
 ///
 /// Deviations: with one domain per point, pressures of nearly incompressible tissue have a checkerboard
 /// pattern, because there are too many of them for the velocities (the inf-sup condition). So there lambda
@@ -182,7 +188,7 @@ class SmoothingDomains {
                                                             std::span<const double> bulk_fractions) const;
 
  private:
-  static constexpr std::size_t edges_of_tet = 6;
+  static constexpr std::size_t edges_of_tet = SmoothedTet::edges.size();
   /// Its edges, then its points, then its patch.
   static constexpr std::size_t domains_of_tet = SmoothedTet::patch_place + 1;
   /// Fraction of the volume of a tet in its domain number `place`.
@@ -244,6 +250,10 @@ class SmoothingDomains {
   using Twists = std::array<Vec3, 3>;
   [[nodiscard]] static Twists twists_of(const ElementDeformation& deformation, double ambient);
   void set_tangent(std::size_t domain, const Matrix3& h, const ElementDeformation& deformation);
+  void set_volume_tangent(std::size_t domain, const Matrix3& h, HyperelasticLaw law);
+  void set_shape_tangent(std::size_t domain, const Matrix3& h, HyperelasticLaw law);
+  [[nodiscard]] double volume_pressure(std::size_t domain) const;
+  [[nodiscard]] double shape_excess(std::size_t domain) const;
   [[nodiscard]] Matrix3 stress_change(std::size_t domain, const Matrix3& gradient) const;
   [[nodiscard]] Matrix3 stress_change(std::size_t domain, const Matrix3& gradient, StiffnessPart part) const;
 
@@ -271,10 +281,12 @@ class SmoothingDomains {
   std::vector<Matrix3> rotations_;  ///< of corotational tissue
   std::vector<SymmetricMatrix3>
       twist_stiffness_;  ///< factor V sum a_k a_k^T of Twists, of corotational tissue
-  simd::AlignedVector<RotatedGradient> rotated_;    ///< as points_, of corotational tissue
-  std::vector<HyperelasticTangent> tangents_;       ///< of hyperelastic tissue
-  std::vector<HyperelasticTangent> held_tangents_;  ///< of damping that is held; otherwise empty
-  mutable std::vector<Matrix3> changes_;            ///< scratch
+  simd::AlignedVector<RotatedGradient> rotated_;  ///< as points_, of corotational tissue
+  std::vector<double> pressures_;                 ///< dW/dJ of hyperelastic domains for volume, Pa
+  DomainTangents tangents_;                       ///< of hyperelastic tissue
+  DomainTangents held_tangents_;                  ///< of damping that is held; otherwise empty
+
+  mutable std::vector<Matrix3> changes_;  ///< scratch
 };
 
 }  // namespace palpate::fem

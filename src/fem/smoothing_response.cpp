@@ -1,6 +1,5 @@
-// Response of smoothing domains to displacements: stress, energy, viscosity and stiffness.
+// Response of smoothing domains to displacements: stress, energy and viscosity.
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 
 #include "fem/padded_vectors.hpp"
@@ -8,7 +7,6 @@
 #include "fem/rotation.hpp"
 #include "fem/smoothing_domains.hpp"
 #include "fem/stress.hpp"
-#include "fem/symmetric_eigen.hpp"
 #include "geometry/vector.hpp"
 
 namespace palpate::fem {
@@ -85,47 +83,6 @@ ElementDeformation SmoothingDomains::deformation(std::size_t domain, const Matri
   return d;
 }
 
-/// The derivative of a corotational stress by R: P = 2 mu R (S - I), or lambda tr(S - I) R, rotates with R.
-/// Along the twist about principal axis k, [u_k]x R / sqrt 2, the second derivative of the energy is 2 mu (1
-/// - 2 / (s_i + s_j)) for shape and 2 lambda tr(S - I) / (s_i + s_j) for volume (Smith, de Goes & Kim 2019,
-/// section 4.1 for the first). Along all other directions it is that at fixed R. Negative ones are set to
-/// zero. If stretches s of opposite signs cancel, the second is unbounded, so the sum is at least a half. An
-/// ambient pressure p adds p s_k.
-SmoothingDomains::Twists SmoothingDomains::twists_of(const ElementDeformation& d, double ambient) {
-  constexpr double least_sum = 0.5;
-  const auto [strains, axes] = symmetric_eigen(corotated_strain(d.gradient, d.rotation));
-  const double volume = d.lambda * (strains.x + strains.y + strains.z);
-  const Vec3 pairs{strains.y + strains.z, strains.x + strains.z, strains.x + strains.y};
-  const auto root_of_half = [&](double pair, double strain) {
-    const double elastic = (d.mu * pair + volume) / std::max(2.0 + pair, least_sum);
-    return std::sqrt(std::max(0.0, elastic + 0.5 * ambient * (1.0 + strain)));
-  };
-  return {root_of_half(pairs.x, strains.x) * (d.rotation * axes[0]),
-          root_of_half(pairs.y, strains.y) * (d.rotation * axes[1]),
-          root_of_half(pairs.z, strains.z) * (d.rotation * axes[2])};
-}
-
-void SmoothingDomains::set_tangent(std::size_t domain, const Matrix3& h, const ElementDeformation& d) {
-  if (d.hyperelastic) {
-    tangents_[domain] = tangent(d.law, h);
-    return;
-  }
-  rotations_[domain] = d.rotation;
-  const Twists twists = twists_of(d, ambient_[domain]);
-  twist_stiffness_[domain] =
-      scales_[domain] * outer_square(transposed(from_rows(twists[0], twists[1], twists[2])));
-  const auto quad = [](const Vec3& a) {
-    return simd::Quad{static_cast<float>(a.x), static_cast<float>(a.y), static_cast<float>(a.z), 0.0F};
-  };
-  const double scale = std::sqrt(scales_[domain] * modulus(domain));
-  const double root = std::sqrt(scales_[domain]);
-  for (std::uint32_t k = begin_[domain]; k < begin_[domain + 1]; ++k) {
-    const Vec3 a = d.rotation * rest_gradients_[k];
-    rotated_[k].strain = quad(scale * a);
-    for (std::size_t n = 0; n < 3; ++n) rotated_[k].twist[n] = quad(root * cross(twists[n], a));
-  }
-}
-
 void SmoothingDomains::update(const parallel::Threads& threads, std::span<const simd::Padded3> displacements,
                               std::span<const double> factors, std::span<const double> bulk_fractions) {
   parallel::for_each(threads, size(), domain_grain, [&](std::size_t d) {
@@ -138,6 +95,13 @@ void SmoothingDomains::update(const parallel::Threads& threads, std::span<const 
     for (std::size_t k = 0; k < 9; ++k) stresses_[d].values[k] = volume_[d] * response.stress.values[k];
     scales_[d] = at(factors, element(d)) * volume_[d];
     set_tangent(d, h, now);
+  });
+  if (tangents_.empty()) return;
+  parallel::for_each(threads, volume_begin_, domain_grain, [&](std::size_t d) {
+    if (!first_tet(d).hyperelastic) return;
+    HyperelasticLaw of_shape = law(d, 1.0, 1.0);
+    of_shape.ambient = ambient_[d];
+    set_shape_tangent(d, displacement_gradient(d, displacements), of_shape);
   });
 }
 
@@ -212,48 +176,6 @@ void SmoothingDomains::add_energies(const parallel::Threads& threads, std::span<
   });
 }
 
-/// The factor times V dP for a given dF.
-Matrix3 SmoothingDomains::stress_change(std::size_t domain, const Matrix3& gradient) const {
-  const double scale = scales_[domain];
-  Matrix3 change;
-  if (first_tet(domain).hyperelastic) {
-    change = stress_change_of(tangents_[domain], laws_[domain].fibre, gradient);
-    for (double& value : change.values) value *= scale;
-    return change;
-  }
-  const Matrix3& r = rotations_[domain];
-  const Matrix3 b = times_transposed(gradient, r);  // dF R^T
-  const double modul = scale * modulus(domain);
-  if (is_volume(domain)) {
-    for (int k = 0; k < 3; ++k) change(k, k) = modul * trace(b);
-  } else {
-    for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) change(i, j) = modul * (b(i, j) + b(j, i));
-    }
-  }
-  const Vec3 w = twist_stiffness_[domain] * Vec3{b(2, 1) - b(1, 2), b(0, 2) - b(2, 0), b(1, 0) - b(0, 1)};
-  const Matrix3 turn = from_rows({0.0, -w.z, w.y}, {w.z, 0.0, -w.x}, {-w.y, w.x, 0.0});
-  for (std::size_t k = 0; k < 9; ++k) change.values[k] += turn.values[k];
-  return times_transposed(change, transposed(r));
-}
-
-/// The same for a part of the stiffness.
-Matrix3 SmoothingDomains::stress_change(std::size_t domain, const Matrix3& gradient,
-                                        StiffnessPart part) const {
-  const double elastic = part == StiffnessPart::damping ? 0.0 : elastic_fractions_[domain];
-  const double damping = part == StiffnessPart::elastic ? 0.0 : 1.0 - elastic_fractions_[domain];
-  Matrix3 change = stress_change(domain, gradient);
-  if (!is_held(domain)) {
-    if (part == StiffnessPart::whole) return change;
-    for (double& value : change.values) value *= elastic + damping;
-    return change;
-  }
-  const Matrix3 held = stress_change_of(held_tangents_[domain], laws_[domain].fibre, gradient);
-  for (std::size_t k = 0; k < 9; ++k)
-    change.values[k] = elastic * change.values[k] + damping * scales_[domain] * held.values[k];
-  return change;
-}
-
 void SmoothingDomains::multiply(const parallel::Threads& threads, std::span<const simd::Padded3> vectors,
                                 StiffnessPart part, std::span<simd::Padded3> products) const {
   parallel::for_each(threads, size(), domain_grain, [&](std::size_t d) {
@@ -266,41 +188,6 @@ void SmoothingDomains::multiply(const parallel::Threads& threads, std::span<cons
     simd::Padded3& product = at(products, smoothed_points_[i]);
     product = padded(unpadded(product) + sum);
   });
-}
-
-/// Stiffness block of the two points whose gradients are rest_gradients_[a] and rest_gradients_[b].
-SmoothingDomains::Block SmoothingDomains::hyperelastic_block(std::size_t domain, std::size_t a,
-                                                             std::size_t b) const {
-  const auto [first, second] = std::minmax(a, b);
-  const auto block_by = [&](const HyperelasticTangent& tangent) {
-    return block_of(tangent, laws_[domain].fibre, rest_gradients_[first], rest_gradients_[second]);
-  };
-  Matrix3 own = block_by(tangents_[domain]);
-  if (is_held(domain)) {
-    const double elastic = elastic_fractions_[domain];
-    const Matrix3 held = block_by(held_tangents_[domain]);
-    for (std::size_t k = 0; k < 9; ++k)
-      own.values[k] = elastic * own.values[k] + (1.0 - elastic) * held.values[k];
-  }
-  Block block;
-  for (std::size_t k = 0; k < 9; ++k)
-    block[k] = static_cast<float>(scales_[domain] * own.values[a <= b ? k : 3 * (k % 3) + k / 3]);
-  return block;
-}
-
-Matrix3 SmoothingDomains::block_rest(std::size_t domain, const Matrix3& rotation, std::size_t i,
-                                     std::size_t j) const {
-  const Vec3 a = rotation * rest_gradients_[begin_[domain] + i];
-  const Vec3 b = rotation * rest_gradients_[begin_[domain] + j];
-  const double scale = scales_[domain] * modulus(domain);
-  Matrix3 block;
-  if (is_volume(domain)) {
-    add_outer(block, scale, a, b);
-    return block;
-  }
-  add_outer(block, scale, b, a);
-  for (int k = 0; k < 3; ++k) block(k, k) += scale * dot(a, b);
-  return block;
 }
 
 Matrix3 SmoothingDomains::rotation(std::size_t domain, std::span<const Vec3> rest,

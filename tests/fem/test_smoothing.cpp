@@ -274,6 +274,43 @@ TEST(Smoothing, AmbientPressureIsThatOnTheSurfaceAndTurnsWithIt) {
   }
 }
 
+/// K' of all points, from the product.
+Eigen::MatrixXd dense_tangent(const Box& box) {
+  const std::size_t points = box.bodies.points_rest().size();
+  Eigen::MatrixXd k(3 * points, 3 * points);
+  for (std::size_t c = 0; c < 3 * points; ++c) {
+    std::vector<Vec3> one(points);
+    (c % 3 == 0 ? one[c / 3].x : c % 3 == 1 ? one[c / 3].y : one[c / 3].z) = 1.0;
+    k.col(static_cast<Eigen::Index>(c)) =
+        to_eigen(unpadded(box.elements.multiply(parallel::Threads(1), padded(one))));
+  }
+  return k;
+}
+
+/// Muscles that contract freely hardly resist bending. Where domains for volume have negative eigenvalues,
+/// those for shape make up for them.
+TEST(Smoothing, TangentOfAMuscleHasNoNegativeEigenvalues) {
+  for (const double nu : {0.3, 0.4, 0.45, 0.49}) {
+    for (const double tension : {0.5, 1.5}) {  // of Young's modulus
+      for (const double amplitude : {0.0, 0.005, 0.03}) {
+        Material m = smoothed(nu, MaterialModel::stable_neo_hookean);
+        m.fibres = {
+            .direction = {1.0, 2.0, 0.5}, .stiffness = 0.0, .active_stress = tension * m.young_modulus};
+        Box box(m, {5, 4, 2});
+        box.elements.set_activations(std::vector<double>(1, 1.0));
+        const Vec3 fibre = (1.0 / length(m.fibres.direction)) * m.fibres.direction;
+        const double side = tension > 1.0 ? 1.25 : 1.13;
+        auto positions = noisy(box.bodies, amplitude, 9);
+        for (Vec3& p : positions) p = side * p + ((0.95 / (side * side) - side) * dot(fibre, p)) * fibre;
+        box.update(positions);
+        const Eigen::VectorXd values =
+            Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(dense_tangent(box)).eigenvalues();
+        EXPECT_GT(values[0], -1e-9 * values[values.size() - 1]) << nu << ", " << tension << ", " << amplitude;
+      }
+    }
+  }
+}
+
 /// A body that hangs at rest: the holding force is its weight, also in the step before rest.
 TEST(Smoothing, WhatHoldsAHangingBodyIsItsWeight) {
   for (const Material& m : {smoothed(0.45), smoothed(0.45, MaterialModel::stable_neo_hookean)}) {

@@ -1,0 +1,38 @@
+#include "fem/domain_tangents.hpp"
+
+namespace palpate::fem {
+
+void DomainTangents::resize(std::size_t domains, bool fibres) {
+  of_law.resize(domains);
+  added.resize(domains, 0.0);
+  whole.resize(fibres ? domains : 0);
+  pulled.resize(domains, 0);
+}
+
+void DomainTangents::clear() {
+  of_law.clear();
+  added.clear();
+  whole.clear();
+  pulled.clear();
+}
+
+void DomainTangents::set(std::size_t domain, const HyperelasticLaw& law, const Matrix3& h) {
+  pulled[domain] = !whole.empty() && pulled_tangent(law, h, whole[domain]) ? 1 : 0;
+  if (pulled[domain] == 0) of_law[domain] = tangent(law, h);
+}
+
+Matrix3 DomainTangents::stress_change(std::size_t domain, const Vec3& fibre,
+                                      const Matrix3& gradient_change) const {
+  Matrix3 change = pulled[domain] != 0 ? stress_change_of(whole[domain], gradient_change)
+                                       : stress_change_of(of_law[domain], fibre, gradient_change);
+  for (std::size_t k = 0; k < 9; ++k) change.values[k] += added[domain] * gradient_change.values[k];
+  return change;
+}
+
+Matrix3 DomainTangents::block(std::size_t domain, const Vec3& fibre, const Vec3& a, const Vec3& b) const {
+  Matrix3 block = pulled[domain] != 0 ? block_of(whole[domain], a, b) : block_of(of_law[domain], fibre, a, b);
+  for (int k = 0; k < 3; ++k) block(k, k) += added[domain] * dot(a, b);
+  return block;
+}
+
+}  // namespace palpate::fem
