@@ -306,7 +306,19 @@ class Dynamics {
   [[nodiscard]] std::span<const Vec3> linear_positions() const;
   [[nodiscard]] double nonlinear_energy();
   [[nodiscard]] double tissue_error();
-  void backtrack(double linear_energy, double work, double stiff_work, double predicted_decrease);
+  /// The tissue as the linear system of an update has it, J.
+  struct LinearTissue {
+    double energy = 0.0;              ///< at the start of the update
+    double work = 0.0;                ///< of the forces at the start
+    double stiff_work = 0.0;          ///< of the stiffness
+    double predicted_decrease = 0.0;  ///< of the total energy
+    /// Energy after a fraction of the update.
+    [[nodiscard]] double energy_at(double fraction) const {
+      return energy - fraction * work + 0.5 * fraction * fraction * stiff_work;
+    }
+  };
+  bool extrapolate(const LinearTissue& tissue);
+  void backtrack(const LinearTissue& tissue);
   void set_loads(const Vec3& gravity, std::span<const Vec3> external_forces);
   void compute_free_right_side();
   void compute_right_side();
@@ -381,8 +393,11 @@ class Dynamics {
   /// Positions at which tissue is linearised, where they differ from positions_: bodies in rotated frames,
   /// steps of second order, and hyperelastic bodies after relinearise_tissue().
   std::vector<Vec3> linear_positions_;
-  bool refined_ = false;  ///< relinearise_tissue() has set them in this step
-  bool at_end_ = false;   ///< hyperelastic elements are updated at end_positions_
+  bool refined_ = false;   ///< relinearise_tissue() has set them in this step
+  bool at_end_ = false;    ///< hyperelastic elements are updated at end_positions_
+  int plain_updates_ = 0;  ///< of the step, since an extrapolation; with the last one, and its square by mass
+  std::vector<simd::Padded3> last_update_;
+  double last_square_ = 0.0;
   /// (n_bodies) 1: its matrix has the derivative of its forces by rotations (hyperelastic or smoothed tets)
   std::vector<std::uint8_t> braked_bodies_;
   std::vector<Vec3> excess_velocities_;       ///< scratch of excess_velocities()

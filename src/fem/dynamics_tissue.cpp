@@ -13,6 +13,11 @@ namespace {
 /// system predicts.
 constexpr double least_decrease = 1e-4;
 constexpr int most_halvings = 10;
+/// An update is extrapolated if it is more than this part of the one before, and if the square of the cosine
+/// between them exceeds `least_cosine`.
+constexpr double least_ratio = 0.4;
+constexpr double least_cosine = 0.8;
+constexpr double most_ratio = 0.9;
 /// Relative rounding error of sums of energies.
 constexpr double rounding = 1e-12;
 
@@ -105,7 +110,8 @@ bool Dynamics::relinearise_tissue(double tolerance) {
   const double inertia = sum([&](std::size_t i) {
     return free_[i] == 0 ? 0.0 : rate * diagonal_[i] * squared_length(unpadded(displacements_[i]));
   });
-  const double energy = nonlinear_energy();
+  const LinearTissue linear{nonlinear_energy(), work, stiff_work, 0.5 * (inertia + stiff_work)};
+  if (!refined_) plain_updates_ = 0;
   place_linear_positions();
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
     if (is_nonlinear(i)) linear_positions_[i] = end_positions_[i];
@@ -117,24 +123,63 @@ bool Dynamics::relinearise_tissue(double tolerance) {
     at_end_ = true;
     return false;
   }
-  backtrack(energy, work, stiff_work, 0.5 * (inertia + stiff_work));
+  if (!extrapolate(linear)) backtrack(linear);
   reuses_directions_ = false;
   form_system();
   return true;
+}
+
+/// Places the linearisation beyond the end of the update if Newton's method converges slowly. Its matrix
+/// lacks the negative eigenvalues of compressed tissue, so it may be several times too stiff, and then each
+/// update is about the same part q of the one before. All of them together would be 1 / (1 - q) times this
+/// one (Aitken). This is used if the total energy is lower there than at the end of the update, as far as the
+/// rest of the problem is quadratic. The convergence of a step does not depend on it: what is linearised here
+/// is solved next. Between two extrapolations there is an update without.
+bool Dynamics::extrapolate(const LinearTissue& tissue) {
+  const auto update = [&](std::size_t i) { return unpadded(displacements_[i]); };
+  const auto sum = [&](auto&& term) { return parallel::sum(threads_, masses_.size(), partial_, term); };
+  const double square = sum([&](std::size_t i) { return masses_[i] * squared_length(update(i)); });
+  double ratio = 0.0;
+  if (plain_updates_ > 0) {
+    const double product =
+        sum([&](std::size_t i) { return masses_[i] * dot(update(i), unpadded(last_update_[i])); });
+    const bool parallel_to_last = product > 0.0 && product * product > least_cosine * square * last_square_;
+    if (parallel_to_last) ratio = std::min(product / last_square_, most_ratio);
+  }
+  last_update_ = displacements_;
+  last_square_ = square;
+  ++plain_updates_;
+  if (!(ratio > least_ratio)) return false;
+  plain_updates_ = 0;
+  const double beyond = ratio / (1.0 - ratio);
+  const auto place = [&](double more) {
+    parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
+      if (is_nonlinear(i)) linear_positions_[i] = end_positions_[i] + more * update(i);
+    });
+    elements_.update(threads_, linear_positions_);
+  };
+  const auto total = [&](double fraction) {
+    const double excess = nonlinear_energy() - tissue.energy_at(fraction);
+    return excess - tissue.predicted_decrease * fraction * (2.0 - fraction);
+  };
+  const double at_end = total(1.0);
+  place(beyond);
+  if (at_end < 0.0 && total(1.0 + beyond) < at_end) return true;
+  place(0.0);
+  return false;
 }
 
 /// Backtracking line search: halves the update until the total energy certainly decreases. The rest of the
 /// problem (inertia, couplings, contacts) is convex. With linear tissue the solution is the minimum of the
 /// energy, at least `predicted_decrease` below the start. So after a fraction s of the update the total has
 /// decreased if the tissue's energy exceeds that of linear tissue by less than s `predicted_decrease`.
-/// \param energy, work, stiff_work  of the linear tissue
-void Dynamics::backtrack(double energy, double work, double stiff_work, double predicted_decrease) {
+void Dynamics::backtrack(const LinearTissue& tissue) {
   double fraction = 1.0;
   for (int halvings = 0; halvings < most_halvings; ++halvings) {
     const double now = nonlinear_energy();
-    const double linear = energy - fraction * work + 0.5 * fraction * fraction * stiff_work;
-    const double slack = rounding * (std::abs(energy) + std::abs(now));
-    if (now - linear <= (1.0 - least_decrease) * fraction * predicted_decrease + slack) return;
+    const double slack = rounding * (std::abs(tissue.energy) + std::abs(now));
+    const double excess = now - tissue.energy_at(fraction);
+    if (excess <= (1.0 - least_decrease) * fraction * tissue.predicted_decrease + slack) return;
     fraction *= 0.5;
     parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
       if (is_nonlinear(i))

@@ -100,7 +100,6 @@ SmoothingDomains::SmoothingDomains(std::vector<SmoothedTet> tets, std::size_t po
   const bool fibres =
       std::ranges::any_of(laws_, [](const HyperelasticLaw& law) { return law.fibre != Vec3{}; });
   if (hyperelastic) tangents_.resize(size(), fibres);
-  pressures_.resize(hyperelastic ? size() : 0);
   changes_.resize(size());
 }
 

@@ -59,9 +59,8 @@ struct SmoothedTet {
 ///   corotational: mu |F - R|^2 and lambda/2 tr^2(R^T F - I); hyperelastic: the law with lambda = 0, fibres
 ///   included, and lambda/2 (J - 1)^2.
 /// Forces are -V P b_i and stiffness blocks V b_i : dP/dF : b_j, as for a tet; of corotational ones without
-/// the negative part (twists_of). Of hyperelastic ones, the pressure of volume dW/dJ has its part of dP/dF in
-/// the domains for shape (set_shape_tangent): there it is in balance with the stress of shape and of fibres,
-/// and each alone would have negative eigenvalues, without which the sum would be far too stiff.
+/// the negative part (twists_of). Where active fibres pull, a part of the pressure of volume has its
+/// term of dP/dF in the domains for shape (set_shape_tangent).
 ///
 /// Deviations: with one domain per point, pressures of nearly incompressible tissue have a checkerboard
 /// pattern, because there are too many of them for the velocities (the inf-sup condition). So there lambda
@@ -252,8 +251,8 @@ class SmoothingDomains {
   void set_tangent(std::size_t domain, const Matrix3& h, const ElementDeformation& deformation);
   void set_volume_tangent(std::size_t domain, const Matrix3& h, HyperelasticLaw law);
   void set_shape_tangent(std::size_t domain, const Matrix3& h, HyperelasticLaw law);
-  [[nodiscard]] double volume_pressure(std::size_t domain) const;
-  [[nodiscard]] double shape_excess(std::size_t domain) const;
+  [[nodiscard]] double mean_added(std::size_t domain, std::size_t first) const;
+  [[nodiscard]] double mean_added_of_ends(std::size_t domain) const;
   [[nodiscard]] Matrix3 stress_change(std::size_t domain, const Matrix3& gradient) const;
   [[nodiscard]] Matrix3 stress_change(std::size_t domain, const Matrix3& gradient, StiffnessPart part) const;
 
@@ -282,9 +281,9 @@ class SmoothingDomains {
   std::vector<SymmetricMatrix3>
       twist_stiffness_;  ///< factor V sum a_k a_k^T of Twists, of corotational tissue
   simd::AlignedVector<RotatedGradient> rotated_;  ///< as points_, of corotational tissue
-  std::vector<double> pressures_;                 ///< dW/dJ of hyperelastic domains for volume, Pa
-  DomainTangents tangents_;                       ///< of hyperelastic tissue
-  DomainTangents held_tangents_;                  ///< of damping that is held; otherwise empty
+
+  DomainTangents tangents_;       ///< of hyperelastic tissue
+  DomainTangents held_tangents_;  ///< of damping that is held; otherwise empty
 
   mutable std::vector<Matrix3> changes_;  ///< scratch
 };

@@ -52,72 +52,67 @@ void SmoothingDomains::set_tangent(std::size_t domain, const Matrix3& h, const E
   }
 }
 
-/// The tangent without the term of the pressure, which has no negative eigenvalue.
+/// A part of the pressure of volume dW/dJ has its term of dP/dF in the domains for shape: see
+/// set_shape_tangent(). It is at most half the tension of active fibres (a muscle that contracts freely has a
+/// third), since other pressures have other reasons.
 void SmoothingDomains::set_volume_tangent(std::size_t domain, const Matrix3& h, HyperelasticLaw law) {
-  pressures_[domain] = law.bulk * volume_change(h, cofactors(h)) - law.rest_pressure();
-  law.ambient -= pressures_[domain];
+  constexpr double most = 0.5;
+  const double pressure = law.bulk * volume_change(h, cofactors(h)) - law.rest_pressure();
+  const double part = modulus(domain) / first_tet(domain).lambda;
+  const double moved = std::clamp(-pressure, 0.0, most * part * laws_[domain].tension);
+  law.ambient += moved;
   tangents_.set(domain, law, h);
-  tangents_.added[domain] = laws_[domain].tension > 0.0 ? std::min(0.0, pressures_[domain]) : 0.0;
+  tangents_.added[domain] = -moved;
 }
 
-/// The mean of the pressures of volume in the tets of a domain.
-double SmoothingDomains::volume_pressure(std::size_t domain) const {
+/// The mean over the tets of a domain of what their domains for volume, from number `first` on, have `added`.
+double SmoothingDomains::mean_added(std::size_t domain, std::size_t first) const {
   double sum = 0.0;
   double volume = 0.0;
   for (std::uint32_t k = tet_begin_[domain]; k < tet_begin_[domain + 1]; ++k) {
     const std::uint32_t tet = domain_tets_[k];
     const std::uint32_t* domains = &domain_of_tet_[domains_of_tet * tet];
     volume += tets_[tet].volume;
-    for (std::size_t place = edges_of_tet; place < domains_of_tet; ++place) {
+    for (std::size_t place = first; place < domains_of_tet; ++place) {
       if (domains[place] < size())
-        sum += volume_fraction(place) * tets_[tet].volume * pressures_[domains[place]];
+        sum += volume_fraction(place) * tets_[tet].volume * tangents_.added[domains[place]];
     }
   }
   return sum / volume;
 }
 
-/// Where active fibres pull, domains for shape have tension and those for volume pressure. They cancel if
-/// tissue turns as a whole, but not if it turns from domain to domain. So the latter get c dF with c =
-/// -|pressure| (DomainTangents::added), and the former the sum of |pressure| over the ends of the edge, each
-/// half, and over the patches of the tets. Of points the whole has no negative eigenvalues: the gradient of a
-/// point is the mean of those of its edges, and the square of a mean is at most the mean of the squares. Of
-/// patches this is not proven, but tested.
-double SmoothingDomains::shape_excess(std::size_t domain) const {
+/// The mean over the ends of the edge of a domain of what their domains have `added`.
+double SmoothingDomains::mean_added_of_ends(std::size_t domain) const {
   const std::uint32_t first = domain_tets_[tet_begin_[domain]];
   const std::uint32_t* domains = &domain_of_tet_[domains_of_tet * first];
+  const auto place = static_cast<std::size_t>(std::find(domains, domains + edges_of_tet, domain) - domains);
   double sum = 0.0;
-  for (std::size_t place = 0; place < edges_of_tet; ++place) {
-    if (domains[place] != domain) continue;
-    for (const std::size_t corner : SmoothedTet::edges[place]) {
-      const std::uint32_t point = domains[edges_of_tet + corner];
-      if (point < size()) sum -= 0.5 * tangents_.added[point];
-    }
-    break;
+  for (const std::size_t corner : SmoothedTet::edges[place]) {
+    const std::uint32_t point = domains[edges_of_tet + corner];
+    if (point < size()) sum += 0.5 * tangents_.added[point];
   }
-  double of_patches = 0.0;
-  double volume = 0.0;
-  for (std::uint32_t k = tet_begin_[domain]; k < tet_begin_[domain + 1]; ++k) {
-    const std::uint32_t tet = domain_tets_[k];
-    const std::uint32_t patch = domain_of_tet_[domains_of_tet * tet + SmoothedTet::patch_place];
-    volume += tets_[tet].volume;
-    if (patch < size()) of_patches -= tets_[tet].volume * tangents_.added[patch];
-  }
-  return sum + of_patches / volume;
+  return sum;
 }
 
-/// The tangent of a domain for shape, with the pressure of volume there. Under pressure a change of volume
-/// would have a negative eigenvalue, -2 times the pressure without strain, which is small beside lambda. It
-/// is made up for, so that it does not mix with others.
+/// Where active fibres pull, they and the shape have tension, and the volume has pressure. Each alone would
+/// have negative eigenvalues or a large stiffness against turns, but together they cancel if tissue turns as
+/// a whole. So domains for shape have the term of the pressure, with which they hardly have negative
+/// eigenvalues. (Only a change of volume has one, -2 times the pressure without strain. It is small beside
+/// lambda, and is made up for.)
+///
+/// The pressure does not cancel if tissue turns from one domain to the next. So domains for shape get c dF,
+/// and those for volume -c dF, with their pressure c. The sum has no negative eigenvalues for points: their
+/// gradient is the mean of those of their edges, and the square of a mean is at most the mean of the squares.
+/// For patches this is not proven, but tested.
 void SmoothingDomains::set_shape_tangent(std::size_t domain, const Matrix3& h, HyperelasticLaw law) {
-  const double pressure = volume_pressure(domain);
+  const double pressure = mean_added(domain, edges_of_tet);
+  tangents_.added[domain] = -mean_added_of_ends(domain) - mean_added(domain, SmoothedTet::patch_place);
   law.ambient += pressure;
-  tangents_.added[domain] = shape_excess(domain);
   if (pressure < 0.0) {
-    const Matrix3 cofactors_of_h = cofactors(h);
     const Matrix3 cofactor = cofactors(plus_identity(h));
     const double stiffer = -2.0 * pressure / std::max(inner(cofactor, cofactor), 1.0);
     law.bulk += stiffer;
-    law.ambient -= stiffer * volume_change(h, cofactors_of_h);
+    law.ambient -= stiffer * volume_change(h, cofactors(h));
   }
   tangents_.set(domain, law, h);
 }

@@ -79,17 +79,6 @@ void add_to_corners(const Triangle& t, const Vec3& force, std::vector<Vec3>& for
   for (const Index corner : t) at(forces, corner) += (1.0 / 3.0) * force;
 }
 
-/// The value of least size in a range that is not empty, if all have one sign; otherwise 0.
-double common_part(const std::vector<double>& values, const Range& range) {
-  double least = at(values, range.begin);
-  for (Index i = range.begin; i < range.end; ++i) {
-    const double value = at(values, i);
-    if (!(value * least > 0.0)) return 0.0;
-    if (std::abs(value) < std::abs(least)) least = value;
-  }
-  return least;
-}
-
 }  // namespace
 
 double factor_at(const Ramp& ramp, double time) {
@@ -157,9 +146,11 @@ void replace_loads(const BodyLoads& change, const Bodies& bodies, LoadSet& loads
 }
 
 Loads::Loads(LoadSet loads, const Bodies& bodies, std::span<const std::uint8_t> obstacles,
-             std::vector<std::uint8_t> ambient, std::span<const double> masses)
+             std::vector<std::uint8_t> ambient, std::span<const std::uint8_t> free,
+             std::span<const double> masses)
     : rigid_(obstacles.begin(), obstacles.end()),
       takes_ambient_(std::move(ambient)),
+      free_(free),
       masses_(masses),
       loads_(std::move(loads)) {
   const std::size_t points = bodies.points_rest().size();
@@ -256,6 +247,18 @@ void Loads::sum_pressures(const Bodies& bodies, double time) {
   }
 }
 
+/// The pressure of least size on triangles that are not held, if all have one sign; otherwise 0.
+double Loads::common_pressure(const Bodies& bodies, const Range& triangles) const {
+  double least = 0.0;
+  for (Index t = triangles.begin; t < triangles.end; ++t) {
+    if (std::ranges::none_of(at(bodies.triangles(), t), [&](Index p) { return at(free_, p) != 0; })) continue;
+    const double pressure = at(pressure_of_triangle_, t);
+    if (pressure == 0.0 || pressure * least < 0.0) return 0.0;
+    if (least == 0.0 || std::abs(pressure) < std::abs(least)) least = pressure;
+  }
+  return least;
+}
+
 void Loads::add_pressures(const Bodies& bodies, std::span<const Vec3> positions, double time) {
   turning_.clear();
   ambient_.clear();
@@ -265,7 +268,7 @@ void Loads::add_pressures(const Bodies& bodies, std::span<const Vec3> positions,
   ambient_.resize(bodies.bodies().size());
   for (std::size_t b = 0; b < ambient_.size(); ++b) {
     const Range range = bodies.bodies()[b].triangles;
-    ambient_[b] = takes_ambient_[b] != 0 ? common_part(pressure_of_triangle_, range) : 0.0;
+    ambient_[b] = takes_ambient_[b] != 0 ? common_pressure(bodies, range) : 0.0;
     for (Index triangle = range.begin; triangle < range.end; ++triangle) {
       const double excess = at(pressure_of_triangle_, triangle) - ambient_[b];
       if (excess == 0.0) continue;

@@ -33,9 +33,11 @@ class Loads {
   /// triangle of a rigid body or named twice, a number that is not finite, times of a ramp that do not grow.
   /// \param obstacles  (n_bodies) 1: rigid
   /// \param ambient    (n_bodies) 1: can have an ambient pressure (fem::ExternalForces)
+  /// \param free       (n_points) 1: not held; must outlive this
   /// \param masses     (n_points), kg; must outlive this
   Loads(LoadSet loads, const Bodies& bodies, std::span<const std::uint8_t> obstacles,
-        std::vector<std::uint8_t> ambient, std::span<const double> masses);
+        std::vector<std::uint8_t> ambient, std::span<const std::uint8_t> free,
+        std::span<const double> masses);
 
   /// Replace the loads. They throw Error as Simulation's functions of the same names do.
   void set_forces(std::span<const Index> points, std::span<const Vec3> forces);
@@ -47,8 +49,9 @@ class Loads {
   [[nodiscard]] bool presses() const;
   /// Forces on points in a step (n_points x 3), N; empty without loads. Ramps are evaluated at the end of the
   /// step, since it is implicit. If pressures of one sign act on all surface triangles of a body that can
-  /// have an ambient pressure, the least of them is its ambient pressure, and only the others' excess is in
-  /// the forces. Valid until the next call. O(points + triangles), O(1) with forces on points only.
+  /// have an ambient pressure, the least of them is its ambient pressure, and only what others exceed it by
+  /// is in the forces. Triangles with all corners held do not count: there it only changes what holds them.
+  /// Valid until the next call. O(points + triangles), O(1) with forces on points only.
   fem::ExternalForces forces(const Bodies& bodies, std::span<const Vec3> positions, const Vec3& gravity,
                              double time_end);
 
@@ -61,10 +64,12 @@ class Loads {
  private:
   void add_surface_load(const SurfaceLoad& load, const Bodies& bodies, double time);
   void sum_pressures(const Bodies& bodies, double time);
+  [[nodiscard]] double common_pressure(const Bodies& bodies, const Range& triangles) const;
   void add_pressures(const Bodies& bodies, std::span<const Vec3> positions, double time);
 
   std::vector<std::uint8_t> rigid_;          ///< (n_bodies)
   std::vector<std::uint8_t> takes_ambient_;  ///< (n_bodies)
+  std::span<const std::uint8_t> free_;       ///< (n_points)
   std::span<const double> masses_;
   LoadSet loads_;
   std::vector<Vec3> sum_;                     ///< (n_points) forces of the current step

@@ -328,3 +328,29 @@ def test_regions_go_by_labels_of_files_that_meshio_writes(tmp_path, name):
     body["regions"][0]["label"] = 5
     with pytest.raises(palpate.Error, match="label: found 5, expected a label of its tets: 4, 9"):
         palpate.Simulation({"bodies": [body]})
+
+
+@pytest.mark.parametrize(("elements", "active"), [("linear", 0.0), ("smoothed", 0.3)])
+def test_a_bar_that_is_squeezed_converges(elements, active):
+    """Tangents of compressed tissue lack negative eigenvalues, so updates shrink slowly: without extrapolation, 10 and 6
+    of these 30 steps did not converge after 280 solves, and steps made 115 and 96 on average."""
+    fibres = {"direction": [1, 0.3, 0.1], "stiffness": 2e3, "exponent": 1, "active_stress": active * 2e4}
+    bar = {
+        "name": "bar",
+        "box": {"cells": [10, 4, 4], "size": [0.05, 0.016, 0.016]},
+        "material": {"young_modulus": 2e4, "poisson_ratio": 0.45, "model": "stable-neo-hookean", "elements": elements,
+                     "fibres": fibres | {"activation": {"times": [0, 0.1], "factors": [0, 1]}}},
+        "fixed": [{"box": {"lower": [-0.02501, -1, -1], "upper": [-0.02499, 1, 1]}}],
+    }
+    plates = [
+        {"name": name, "box": {"cells": [3, 3, 1], "size": [0.02, 0.03, 0.006]}, "translate": [0, 0, sign * 0.0115],
+         "motion": {"keyframes": [{"time": 0.05}, {"time": 0.25, "translate": [0, 0, -sign * 0.005]}]}}
+        for name, sign in (("upper", 1), ("lower", -1))]
+    scene = {"time_step": 0.01, "gravity": [0, 0, 0], "contact": {"friction": 0.3}, "bodies": [bar, *plates]}
+    simulation = palpate.Simulation(scene, threads=1)
+    solves = 0
+    for _ in range(30):
+        simulation.step()
+        solves += simulation.metrics.solves
+    assert simulation.steps_not_converged == 0
+    assert solves < 30 * 60
