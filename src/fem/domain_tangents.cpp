@@ -16,7 +16,8 @@ void DomainTangents::clear() {
   pulled.clear();
 }
 
-void DomainTangents::set(std::size_t domain, const HyperelasticLaw& law, const Matrix3& h) {
+void DomainTangents::set(std::size_t domain, const HyperelasticLaw& law, const Matrix3& h, double addend) {
+  added[domain] = addend;
   pulled[domain] = !whole.empty() && pulled_tangent(law, h, whole[domain]) ? 1 : 0;
   if (pulled[domain] == 0) of_law[domain] = tangent(law, h);
 }

@@ -21,8 +21,8 @@ struct DomainTangents {
   void resize(std::size_t domains, bool fibres);
   /// No tangents; keeps the memory.
   void clear();
-  /// Sets the tangent of a domain at h = F - I, but for `added`.
-  void set(std::size_t domain, const HyperelasticLaw& law, const Matrix3& h);
+  /// Sets the tangent of a domain at h = F - I, and its c.
+  void set(std::size_t domain, const HyperelasticLaw& law, const Matrix3& h, double addend);
   /// As the functions stress_change_of() and block_of().
   [[nodiscard]] Matrix3 stress_change(std::size_t domain, const Vec3& fibre,
                                       const Matrix3& gradient_change) const;

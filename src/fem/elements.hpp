@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -183,7 +184,9 @@ class Elements {
   /// empty: none. From the next update() on, energies, forces and tangents of elements have it. Returns
   /// whether any has changed.
   bool set_ambient(std::span<const double> pressures);
-  [[nodiscard]] bool has_ambient() const { return has_ambient_; }
+  [[nodiscard]] bool has_ambient() const {
+    return std::ranges::any_of(ambient_, [](double pressure) { return pressure != 0.0; });
+  }
   [[nodiscard]] bool has_ambient(Index element) const {
     return element >= tangent_begin_ && ambient_[static_cast<std::size_t>(element - tangent_begin_)] != 0.0;
   }
@@ -345,7 +348,6 @@ class Elements {
   std::vector<double> active_stress_;  ///< Pa, at full activation
   std::vector<double> tension_;        ///< Pa; laws_ hold it divided by the stiffness factor of viscosity
   std::vector<double> ambient_;        ///< Pa; the same
-  bool has_ambient_ = false;           ///< for some element
   simd::AlignedVector<float> blocks_;  ///< simd::block_stride each
   std::vector<std::uint8_t> pulls_;    ///< 1: has fibres, and is not smoothed
   bool has_jumps_ = false;             ///< or a smoothed tet has

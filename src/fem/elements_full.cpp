@@ -172,10 +172,8 @@ bool Elements::set_ambient(std::span<const double> pressures) {
     changed = changed || ambient_[k] != ambient;
     ambient_[k] = ambient;
   }
-  if (!changed) return false;
-  has_ambient_ = std::ranges::any_of(ambient_, [](double pressure) { return pressure != 0.0; });
-  set_inviscid();
-  return true;
+  if (changed) set_inviscid();
+  return changed;
 }
 
 /// The law that the kernel uses, with the full bulk modulus. Viscosity makes it stiffer in a step, except for

@@ -71,54 +71,6 @@ bool is_semi_definite(WholeTangent m) {
   return true;
 }
 
-/// Rotates rows and columns p and q of a symmetric matrix so that entry (p, q) becomes zero, and columns of
-/// the product of all rotations.
-void rotate(WholeTangent& a, WholeTangent& v, std::size_t p, std::size_t q) {
-  if (a[p][q] == 0.0) return;
-  const double theta = (a[q][q] - a[p][p]) / (2.0 * a[p][q]);
-  const double t = (theta >= 0.0 ? 1.0 : -1.0) / (std::abs(theta) + std::sqrt(theta * theta + 1.0));
-  const double c = 1.0 / std::sqrt(t * t + 1.0);
-  const double s = t * c;
-  const auto mix = [&](double& one, double& other) {
-    const double before = one;
-    one = c * before - s * other;
-    other = s * before + c * other;
-  };
-  for (std::size_t k = 0; k < 9; ++k) mix(a[k][p], a[k][q]);
-  for (std::size_t k = 0; k < 9; ++k) mix(a[p][k], a[q][k]);
-  for (std::size_t k = 0; k < 9; ++k) mix(v[k][p], v[k][q]);
-}
-
-/// Sets negative eigenvalues to zero, by cyclic Jacobi rotations as in symmetric_eigen().
-void drop_negative(WholeTangent& m) {
-  constexpr int most_sweeps = 16;  // convergence is quadratic
-  double largest = 0.0;
-  for (std::size_t i = 0; i < 9; ++i) {
-    for (std::size_t j = 0; j < i; ++j) m[i][j] = m[j][i] = 0.5 * (m[i][j] + m[j][i]);
-    largest = std::max(largest, std::abs(m[i][i]));
-  }
-  WholeTangent v{};
-  for (std::size_t k = 0; k < 9; ++k) v[k][k] = 1.0;
-  for (int sweep = 0; sweep < most_sweeps; ++sweep) {
-    double rest = 0.0;
-    for (std::size_t p = 0; p < 9; ++p) {
-      for (std::size_t q = p + 1; q < 9; ++q) {
-        rest = std::max(rest, std::abs(m[p][q]));
-        rotate(m, v, p, q);
-      }
-    }
-    if (rest <= rounding * largest) break;
-  }
-  std::array<double, 9> values{};
-  for (std::size_t k = 0; k < 9; ++k) values[k] = std::max(m[k][k], 0.0);
-  for (std::size_t i = 0; i < 9; ++i) {
-    for (std::size_t j = 0; j < 9; ++j) {
-      m[i][j] = 0.0;
-      for (std::size_t k = 0; k < 9; ++k) m[i][j] += values[k] * v[i][k] * v[j][k];
-    }
-  }
-}
-
 }  // namespace
 
 bool pulled_tangent(const HyperelasticLaw& law, const Matrix3& h, WholeTangent& result) {
@@ -145,8 +97,7 @@ bool pulled_tangent(const HyperelasticLaw& law, const Matrix3& h, WholeTangent& 
       for (std::size_t k = 0; k < 9; ++k) result[k][static_cast<std::size_t>(3 * j + d)] = dp.values[k];
     }
   }
-  if (!is_semi_definite(result)) drop_negative(result);
-  return true;
+  return is_semi_definite(result);
 }
 
 Matrix3 stress_change_of(const WholeTangent& tangent, const Matrix3& gradient_change) {

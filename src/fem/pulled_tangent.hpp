@@ -16,8 +16,8 @@ using WholeTangent = std::array<std::array<double, 9>, 9>;
 /// fraction of the way in each update.
 ///
 /// The derivative of P = F S is dP = F dS + dF S. Only the second term can be negative by much: here S has no
-/// negative eigenvalues, after fibres and tissue are added. If the result has some all the same, they are set
-/// to zero. Returns false, with an undefined result, where nothing pulls, or the tissue is crushed.
+/// negative eigenvalues, after fibres and tissue are added. Returns false, with an undefined result, if it is
+/// not positive semi-definite all the same, or nothing pulls.
 bool pulled_tangent(const HyperelasticLaw& law, const Matrix3& h, WholeTangent& result);
 
 /// As the functions of the same names for HyperelasticTangent.

@@ -85,7 +85,7 @@ ElementDeformation SmoothingDomains::deformation(std::size_t domain, const Matri
 
 void SmoothingDomains::update(const parallel::Threads& threads, std::span<const simd::Padded3> displacements,
                               std::span<const double> factors, std::span<const double> bulk_fractions) {
-  parallel::for_each(threads, size(), domain_grain, [&](std::size_t d) {
+  const auto update_domain = [&](std::size_t d) {
     const Matrix3 h = displacement_gradient(d, displacements);
     const double fraction = bulk_fraction(d, bulk_fractions);
     ElementDeformation now = deformation(d, h, fraction, 1.0);
@@ -95,14 +95,11 @@ void SmoothingDomains::update(const parallel::Threads& threads, std::span<const 
     for (std::size_t k = 0; k < 9; ++k) stresses_[d].values[k] = volume_[d] * response.stress.values[k];
     scales_[d] = at(factors, element(d)) * volume_[d];
     set_tangent(d, h, now);
-  });
-  if (tangents_.empty()) return;
-  parallel::for_each(threads, volume_begin_, domain_grain, [&](std::size_t d) {
-    if (!first_tet(d).hyperelastic) return;
-    HyperelasticLaw of_shape = law(d, 1.0, 1.0);
-    of_shape.ambient = ambient_[d];
-    set_shape_tangent(d, displacement_gradient(d, displacements), of_shape);
-  });
+  };
+  // Tangents of domains for shape need those for volume.
+  parallel::for_each(threads, size() - volume_begin_, domain_grain,
+                     [&](std::size_t k) { update_domain(volume_begin_ + k); });
+  parallel::for_each(threads, volume_begin_, domain_grain, update_domain);
 }
 
 /// The response over a step, as in Elements::add_viscous_forces: stiffness times P, and the stress of the

@@ -33,8 +33,11 @@ SmoothingDomains::Twists SmoothingDomains::twists_of(const ElementDeformation& d
 
 void SmoothingDomains::set_tangent(std::size_t domain, const Matrix3& h, const ElementDeformation& d) {
   if (d.hyperelastic) {
-    if (is_volume(domain)) set_volume_tangent(domain, h, d.law);
-    return;  // those for shape need pressures of volume
+    if (is_volume(domain))
+      set_volume_tangent(domain, h, d.law);
+    else
+      set_shape_tangent(domain, h, d.law);
+    return;
   }
   rotations_[domain] = d.rotation;
   const Twists twists = twists_of(d, ambient_[domain]);
@@ -61,8 +64,7 @@ void SmoothingDomains::set_volume_tangent(std::size_t domain, const Matrix3& h, 
   const double part = modulus(domain) / first_tet(domain).lambda;
   const double moved = std::clamp(-pressure, 0.0, most * part * laws_[domain].tension);
   law.ambient += moved;
-  tangents_.set(domain, law, h);
-  tangents_.added[domain] = -moved;
+  tangents_.set(domain, law, h, -moved);
 }
 
 /// The mean over the tets of a domain of what their domains for volume, from number `first` on, have `added`.
@@ -105,16 +107,16 @@ double SmoothingDomains::mean_added_of_ends(std::size_t domain) const {
 /// gradient is the mean of those of their edges, and the square of a mean is at most the mean of the squares.
 /// For patches this is not proven, but tested.
 void SmoothingDomains::set_shape_tangent(std::size_t domain, const Matrix3& h, HyperelasticLaw law) {
-  const double pressure = mean_added(domain, edges_of_tet);
-  tangents_.added[domain] = -mean_added_of_ends(domain) - mean_added(domain, SmoothedTet::patch_place);
-  law.ambient += pressure;
-  if (pressure < 0.0) {
+  double added = 0.0;
+  if (law.tension > 0.0) {
+    const double pressure = mean_added(domain, edges_of_tet);
     const Matrix3 cofactor = cofactors(plus_identity(h));
     const double stiffer = -2.0 * pressure / std::max(inner(cofactor, cofactor), 1.0);
     law.bulk += stiffer;
-    law.ambient -= stiffer * volume_change(h, cofactors(h));
+    law.ambient += pressure - stiffer * volume_change(h, cofactors(h));
+    added = -mean_added_of_ends(domain) - mean_added(domain, SmoothedTet::patch_place);
   }
-  tangents_.set(domain, law, h);
+  tangents_.set(domain, law, h, added);
 }
 
 /// The factor times V dP for a given dF.

@@ -174,12 +174,11 @@ TEST(FibreMaterial, HasStressAndTangentOfItsEnergy) {
 }
 
 /// Where fibres pull, the tangent is the exact Hessian of fibres and tissue together, without the negative
-/// part of S = F^-1 P in the term dF S of dP, and without negative eigenvalues of the sum.
+/// part of S = F^-1 P in the term dF S of dP; and it has no negative eigenvalue.
 TEST(FibreMaterial, ThatPullsHasTheWholeTangent) {
   std::mt19937_64 random(8);
   std::uniform_real_distribution<double> uniform(0.0, 1.0);
   int whole = 0;
-  int cut = 0;
   for (const Material& base :
        {with(MaterialModel::stable_neo_hookean, 0.45), with(MaterialModel::mooney_rivlin, 0.3),
         with(MaterialModel::stable_neo_hookean, 0.0)}) {
@@ -206,13 +205,11 @@ TEST(FibreMaterial, ThatPullsHasTheWholeTangent) {
                                        solver.eigenvectors().transpose();
       Matrix9 c = hessian(m, f, tension, ambient);
       for (int i = 0; i < 3; ++i) c.block<3, 3>(3 * i, 3 * i) -= negative;
-      const double least = Eigen::SelfAdjointEigenSolver<Matrix9>(c).eigenvalues()[0];
-      cut += least < -1e-3 * c.norm() ? 1 : 0;
-      expect_blocks(blocks, positive_part(c), 2.0);
+      expect_blocks(blocks, c, 2.0);
+      EXPECT_GT(Eigen::SelfAdjointEigenSolver<Matrix9>(c).eigenvalues()[0], -1e-5 * c.norm());
     }
   }
   EXPECT_GT(whole, 60);
-  EXPECT_GT(cut, 5);
 }
 
 /// Beyond the range of the exponential: finite, and smooth at the border to the polynomial.
