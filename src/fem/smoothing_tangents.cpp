@@ -33,10 +33,11 @@ SmoothingDomains::Twists SmoothingDomains::twists_of(const ElementDeformation& d
 
 void SmoothingDomains::set_tangent(std::size_t domain, const Matrix3& h, const ElementDeformation& d) {
   if (d.hyperelastic) {
-    if (is_volume(domain))
+    if (is_volume(domain)) {
       set_volume_tangent(domain, h, d.law);
-    else
+    } else {
       set_shape_tangent(domain, h, d.law);
+    }
     return;
   }
   rotations_[domain] = d.rotation;
