@@ -268,6 +268,7 @@ void BlockMatrix::assemble(const parallel::Threads& threads, std::span<const dou
                                   .masses = masses_.data(),
                                   .mixed = mixed_};
   float* values = slots_.empty() ? nullptr : slots_.front().values.data();
+  elements_->smoothing().prepare_blocks(threads);
   parallel::for_chunks(
       threads, slice_count(), block_slice_grain, [&](std::size_t begin, std::size_t end, std::size_t) {
         const std::size_t full = std::clamp(first_tangent_slice_, begin, end);

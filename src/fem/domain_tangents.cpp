@@ -30,10 +30,4 @@ Matrix3 DomainTangents::stress_change(std::size_t domain, const Vec3& fibre,
   return change;
 }
 
-Matrix3 DomainTangents::block(std::size_t domain, const Vec3& fibre, const Vec3& a, const Vec3& b) const {
-  Matrix3 block = pulled[domain] != 0 ? block_of(whole[domain], a, b) : block_of(of_law[domain], fibre, a, b);
-  for (int k = 0; k < 3; ++k) block(k, k) += added[domain] * dot(a, b);
-  return block;
-}
-
 }  // namespace palpate::fem

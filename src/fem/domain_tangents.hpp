@@ -23,10 +23,9 @@ struct DomainTangents {
   void clear();
   /// Sets the tangent of a domain at h = F - I, and its c.
   void set(std::size_t domain, const HyperelasticLaw& law, const Matrix3& h, double addend);
-  /// As the functions stress_change_of() and block_of().
+  /// As the functions stress_change_of().
   [[nodiscard]] Matrix3 stress_change(std::size_t domain, const Vec3& fibre,
                                       const Matrix3& gradient_change) const;
-  [[nodiscard]] Matrix3 block(std::size_t domain, const Vec3& fibre, const Vec3& a, const Vec3& b) const;
 };
 
 }  // namespace palpate::fem

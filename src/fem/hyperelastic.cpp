@@ -234,12 +234,6 @@ Matrix3 stress_change_of(const HyperelasticTangent& t, const Vec3& fibre, const 
   return change;
 }
 
-Matrix3 block_of(const HyperelasticTangent& t, const Vec3& fibre, const Vec3& a, const Vec3& b) {
-  Matrix3 block = rotated_block(t, right_frame(t, a), right_frame(t, b));
-  add_fibre_block(t, dot(fibre, a) * dot(fibre, b), block);
-  return block;
-}
-
 void put_blocks(const HyperelasticTangent& t, const Vec3& fibre, const std::array<Vec3, 3>& gradients,
                 double scale, std::span<double, tangent_values> blocks) {
   std::array<Vec3, 3> turned;

@@ -97,9 +97,6 @@ struct HyperelasticTangent {
 /// the unit vector of the fibres at rest.
 [[nodiscard]] Matrix3 stress_change_of(const HyperelasticTangent& tangent, const Vec3& fibre,
                                        const Matrix3& gradient_change);
-/// a : dP/dF : b for two gradients of shape functions at rest: the stiffness block of two points per volume.
-[[nodiscard]] Matrix3 block_of(const HyperelasticTangent& tangent, const Vec3& fibre, const Vec3& a,
-                               const Vec3& b);
 
 /// The six stiffness blocks of an element above its diagonal: corners (0,1), (0,2), (0,3), (1,2), (1,3),
 /// (2,3). Each has nine numbers row by row; rows belong to the first corner. A block on the diagonal is minus

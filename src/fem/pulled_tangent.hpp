@@ -20,8 +20,9 @@ using WholeTangent = std::array<std::array<double, 9>, 9>;
 /// not positive semi-definite all the same, or nothing pulls.
 bool pulled_tangent(const HyperelasticLaw& law, const Matrix3& h, WholeTangent& result);
 
-/// As the functions of the same names for HyperelasticTangent.
+/// As the function of the same name for HyperelasticTangent.
 [[nodiscard]] Matrix3 stress_change_of(const WholeTangent& tangent, const Matrix3& gradient_change);
+/// a : dP/dF : b for two gradients of shape functions at rest: the stiffness block of two points per volume.
 [[nodiscard]] Matrix3 block_of(const WholeTangent& tangent, const Vec3& a, const Vec3& b);
 /// Blocks as put_blocks(), of pulled_tangent(); none where it returns false.
 bool put_pulled_blocks(const HyperelasticLaw& law, const Matrix3& h, const std::array<Vec3, 3>& gradients,

@@ -153,6 +153,8 @@ class SmoothingDomains {
   [[nodiscard]] double energy(const parallel::Threads& threads, std::span<const simd::Padded3> displacements,
                               std::span<const double> bulk_fractions, std::vector<double>& partial) const;
 
+  /// Prepares for_each_block() after update(). O(n_domains).
+  void prepare_blocks(const parallel::Threads& threads) const;
   using Block = std::array<float, 9>;
   /// For an entry (a point in a domain), calls add(block) for each other point of the domain, ascending. The
   /// block is the stiffness between the two points times its factor, as of the last update(). Blocks (i, j)
@@ -167,7 +169,11 @@ class SmoothingDomains {
       }
     };
     if (first_tet(entry.domain).hyperelastic) {
-      for_others([&](std::size_t k) { return hyperelastic_block(entry.domain, own, k); });
+      const ContractedTangent contracted = contract(entry.domain, own);
+      for_others([&](std::size_t k) {
+        return k > own ? contracted_block(contracted, k)
+                       : transposed_block(contracted_block(contract(entry.domain, k), own));
+      });
     } else {
       const bool volume = is_volume(entry.domain);
       for_others([&](std::size_t k) { return corotational_block(rotated_[own], rotated_[k], volume); });
@@ -202,7 +208,45 @@ class SmoothingDomains {
   void add_domain(std::span<const Member> members);
   void list_entries(std::size_t point_count);
   void set_law(std::span<const Member> members);
-  [[nodiscard]] Block hyperelastic_block(std::size_t domain, std::size_t a, std::size_t b) const;
+  /// Four lanes, the last one unused.
+  struct alignas(16) Lanes {
+    std::array<float, 4> values{};
+    void add_scaled(float factor, const Lanes& a) {
+      for (std::size_t k = 0; k < 4; ++k) values[k] += factor * a.values[k];
+    }
+  };
+  /// The tangent dP/dF of a domain: for i, c and d, the terms dP_ic / dF_jd over j.
+  using TangentRows = std::array<Lanes, 27>;
+  /// The tangent times the gradient of a point: for i and d, a vector over j.
+  using ContractedTangent = std::array<Lanes, 9>;
+  [[nodiscard]] std::array<float, 3> rest_gradient(std::size_t k) const {
+    const Vec3& b = rest_gradients_[k];
+    return {static_cast<float>(b.x), static_cast<float>(b.y), static_cast<float>(b.z)};
+  }
+  [[nodiscard]] ContractedTangent contract(std::size_t domain, std::size_t point) const {
+    const TangentRows& tangent = tangent_rows_[domain];
+    const std::array<float, 3> b = rest_gradient(point);
+    ContractedTangent sum;
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t d = 0; d < 3; ++d) {
+        for (std::size_t c = 0; c < 3; ++c) sum[3 * i + d].add_scaled(b[c], tangent[9 * i + 3 * c + d]);
+      }
+    }
+    return sum;
+  }
+  [[nodiscard]] Block contracted_block(const ContractedTangent& tangent, std::size_t point) const {
+    const std::array<float, 3> b = rest_gradient(point);
+    Block block;
+    for (std::size_t i = 0; i < 3; ++i) {
+      Lanes row;
+      for (std::size_t d = 0; d < 3; ++d) row.add_scaled(b[d], tangent[3 * i + d]);
+      for (std::size_t j = 0; j < 3; ++j) block[3 * i + j] = row.values[j];
+    }
+    return block;
+  }
+  static Block transposed_block(const Block& b) {
+    return {b[0], b[3], b[6], b[1], b[4], b[7], b[2], b[5], b[8]};
+  }
   /// A point's index in a corotational domain, so that blocks are sums of products of two of them.
   struct RotatedGradient {
     simd::Quad strain;                ///< sqrt(factor V modulus) R b_i
@@ -285,7 +329,8 @@ class SmoothingDomains {
   DomainTangents tangents_;       ///< of hyperelastic tissue
   DomainTangents held_tangents_;  ///< of damping that is held; otherwise empty
 
-  mutable std::vector<Matrix3> changes_;  ///< scratch
+  mutable std::vector<Matrix3> changes_;           ///< scratch
+  mutable std::vector<TangentRows> tangent_rows_;  ///< scratch of prepare_blocks(), of hyperelastic tissue
 };
 
 }  // namespace palpate::fem

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "fem/grains.hpp"
 #include "fem/padded_vectors.hpp"
 #include "fem/plasticity.hpp"
 #include "fem/rotation.hpp"
@@ -12,7 +13,6 @@
 namespace palpate::fem {
 namespace {
 
-constexpr std::size_t domain_grain = 128;
 constexpr std::size_t smoothed_point_grain = 64;
 
 }  // namespace

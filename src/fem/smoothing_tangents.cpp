@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstddef>
 
+#include "fem/grains.hpp"
 #include "fem/plasticity.hpp"
 #include "fem/smoothing_domains.hpp"
 #include "fem/stress.hpp"
@@ -10,7 +11,6 @@
 #include "geometry/vector.hpp"
 
 namespace palpate::fem {
-
 /// The derivative of a corotational stress by R: P = 2 mu R (S - I), or lambda tr(S - I) R, rotates with R.
 /// Along the twist about principal axis k, [u_k]x R / sqrt 2, the second derivative of the energy is 2 mu (1
 /// - 2 / (s_i + s_j)) for shape and 2 lambda tr(S - I) / (s_i + s_j) for volume (Smith, de Goes & Kim 2019,
@@ -162,24 +162,19 @@ Matrix3 SmoothingDomains::stress_change(std::size_t domain, const Matrix3& gradi
   return change;
 }
 
-/// Stiffness block of the two points whose gradients are rest_gradients_[a] and rest_gradients_[b].
-SmoothingDomains::Block SmoothingDomains::hyperelastic_block(std::size_t domain, std::size_t a,
-                                                             std::size_t b) const {
-  const auto [first, second] = std::minmax(a, b);
-  const auto block_by = [&](const DomainTangents& tangents) {
-    return tangents.block(domain, laws_[domain].fibre, rest_gradients_[first], rest_gradients_[second]);
-  };
-  Matrix3 own = block_by(tangents_);
-  if (is_held(domain)) {
-    const double elastic = elastic_fractions_[domain];
-    const Matrix3 held = block_by(held_tangents_);
-    for (std::size_t k = 0; k < 9; ++k)
-      own.values[k] = elastic * own.values[k] + (1.0 - elastic) * held.values[k];
-  }
-  Block block;
-  for (std::size_t k = 0; k < 9; ++k)
-    block[k] = static_cast<float>(scales_[domain] * own.values[a <= b ? k : 3 * (k % 3) + k / 3]);
-  return block;
+void SmoothingDomains::prepare_blocks(const parallel::Threads& threads) const {
+  if (tangents_.empty()) return;
+  tangent_rows_.resize(size());
+  parallel::for_each(threads, size(), domain_grain, [&](std::size_t domain) {
+    if (!first_tet(domain).hyperelastic) return;
+    for (std::size_t jd = 0; jd < 9; ++jd) {
+      Matrix3 unit;
+      unit.values[jd] = 1.0;
+      const Matrix3 change = stress_change(domain, unit, StiffnessPart::whole);
+      for (std::size_t ic = 0; ic < 9; ++ic)
+        tangent_rows_[domain][3 * ic + jd % 3].values[jd / 3] = static_cast<float>(change.values[ic]);
+    }
+  });
 }
 
 Matrix3 SmoothingDomains::block_rest(std::size_t domain, const Matrix3& rotation, std::size_t i,
