@@ -209,13 +209,15 @@ Dynamics::Report Dynamics::step(double time_step, const Vec3& gravity, std::span
     report = solve(couplings, {.tolerance = tolerance, .max_iterations = max_iterations});
   }
   constexpr int most_linearisations = 20;
-  for (int n = 0; relinearise_tissue(tolerance); ++n) {
+  auto next = relinearise_tissue(tolerance);
+  for (int n = 0; next; ++n) {
     if (n == most_linearisations) {
       end_where_linearised();
       report.converged = false;
       break;
     }
-    report = solve(couplings, {.tolerance = tolerance, .max_iterations = max_iterations});
+    report = solve(couplings, {.tolerance = *next, .max_iterations = max_iterations});
+    next = relinearise_tissue(tolerance, *next);
   }
   end_step();
   return report;
@@ -240,6 +242,7 @@ void Dynamics::begin_step(double time_step, const Vec3& gravity, const ExternalF
   }
   multigrid().begin_step();
   refined_ = false;
+  updates_ = {};
   begin_rotations(time_step);
   set_loads(gravity, external_forces.all);
   linearise();

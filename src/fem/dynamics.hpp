@@ -174,15 +174,23 @@ class Dynamics {
   /// the frames and returns true: then solve() again. The frame has little effect on a body's rotation, so
   /// one more solve is usually enough.
   bool update_rotating_frames();
-  /// Call between solve() and end_step(). Returns false if the forces of hyperelastic tissue at the end of
+  /// Call between solve() and end_step(). Returns nothing if the forces of hyperelastic tissue at the end of
   /// the step agree with those of the linear system; the elements are then updated there. Otherwise
-  /// linearises the tissue there and returns true: then solve() again. (If the energy exceeds the prediction
-  /// of the linear system, the linearisation point is moved back along the line from the last one.)
-  /// O(n_elements), nothing without hyperelastic tets.
+  /// linearises the tissue there and returns a tolerance: then solve() again with it. While updates are large
+  /// it is larger than `tolerance` (inexact Newton: Eisenstat & Walker, SIAM J. Sci. Comput. 17 (1996)).
+  /// (If the energy exceeds the prediction of the linear system, the linearisation point is moved back along
+  /// the line from the last one.) O(n_elements), nothing without hyperelastic tets.
   /// \param tolerance  largest relative error of the solution, by mass, due to a difference of these forces
-  bool relinearise_tissue(double tolerance);
-  /// Call after relinearise_tissue() has returned true, instead of another solve(). Hyperelastic bodies then
-  /// end the step at the linearisation point, where the total energy is lower than at the last one.
+  /// \param solved_to  tolerance of the last solve(). If it is larger, the tissue is always linearised again
+  std::optional<double> relinearise_tissue(double tolerance, double solved_to = 0.0);
+  /// Largest tolerance of solves while the tissue is far from its linearisation: 3 %, and so small that an
+  /// error of this size has at most a tenth of the energy of the solution.
+  [[nodiscard]] double largest_tolerance();
+  /// Whether relinearise_tissue() has anything to do.
+  [[nodiscard]] bool has_nonlinear_tissue() const { return elements_.nonlinear_begin() < elements_.size(); }
+  /// Call after relinearise_tissue() has returned a tolerance, instead of another solve(). Hyperelastic
+  /// bodies then end the step at the linearisation point, where the total energy is lower than at the last
+  /// one.
   void end_where_linearised();
   /// Activations of the fibres of each material (Materials::all) from the next begin_step() on, 0 to 1.
   void set_activations(std::span<const double> activations);
@@ -305,7 +313,26 @@ class Dynamics {
   [[nodiscard]] bool is_nonlinear(std::size_t point) const { return nonlinear_points_[point] != 0; }
   [[nodiscard]] std::span<const Vec3> linear_positions() const;
   [[nodiscard]] double nonlinear_energy();
+  [[nodiscard]] bool inverts_tissue();
   [[nodiscard]] double tissue_error();
+  [[nodiscard]] double tissue_scale();
+  [[nodiscard]] double product_by_mass(std::span<const simd::Padded3> a, std::span<const simd::Padded3> b);
+  /// How fast Newton's method over the tissue converges in a step.
+  struct TissueUpdates {
+    int count = 0;
+    int plain = 0;        ///< since an extrapolation
+    double square = 0.0;  ///< of the last one, by mass
+    double size = 0.0;    ///< of the last one, relative to the solution
+    /// Ratios of the last sizes. The first update is the motion of the step and is left out.
+    double ratio = 1.0;
+    double ratio_before = 1.0;
+    void add(double square, double size);
+    [[nodiscard]] double error() const;
+    [[nodiscard]] double next_tolerance() const;
+
+   private:
+    [[nodiscard]] double slowest() const;
+  };
   /// The tissue as the linear system of an update has it, J.
   struct LinearTissue {
     double energy = 0.0;              ///< at the start of the update
@@ -317,7 +344,7 @@ class Dynamics {
       return energy - fraction * work + 0.5 * fraction * fraction * stiff_work;
     }
   };
-  bool extrapolate(const LinearTissue& tissue);
+  bool extrapolate(const LinearTissue& tissue, double ratio);
   void backtrack(const LinearTissue& tissue);
   void set_loads(const Vec3& gravity, std::span<const Vec3> external_forces);
   void compute_free_right_side();
@@ -393,11 +420,10 @@ class Dynamics {
   /// Positions at which tissue is linearised, where they differ from positions_: bodies in rotated frames,
   /// steps of second order, and hyperelastic bodies after relinearise_tissue().
   std::vector<Vec3> linear_positions_;
-  bool refined_ = false;   ///< relinearise_tissue() has set them in this step
-  bool at_end_ = false;    ///< hyperelastic elements are updated at end_positions_
-  int plain_updates_ = 0;  ///< of the step, since an extrapolation; with the last one, and its square by mass
-  std::vector<simd::Padded3> last_update_;
-  double last_square_ = 0.0;
+  bool refined_ = false;  ///< relinearise_tissue() has set them in this step
+  bool at_end_ = false;   ///< hyperelastic elements are updated at end_positions_
+  TissueUpdates updates_;
+  std::vector<simd::Padded3> last_update_;  ///< displacements
   /// (n_bodies) 1: its matrix has the derivative of its forces by rotations (hyperelastic or smoothed tets)
   std::vector<std::uint8_t> braked_bodies_;
   std::vector<Vec3> excess_velocities_;       ///< scratch of excess_velocities()

@@ -1,6 +1,7 @@
 // Newton's method over hyperelastic tissue within a step.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "fem/dynamics.hpp"
 #include "fem/grains.hpp"
@@ -15,9 +16,16 @@ constexpr double least_decrease = 1e-4;
 constexpr int most_halvings = 10;
 /// An update is extrapolated if it is more than this part of the one before, and if the square of the cosine
 /// between them exceeds `least_cosine`.
-constexpr double least_ratio = 0.4;
+constexpr double least_ratio = 0.2;
 constexpr double least_cosine = 0.8;
 constexpr double most_ratio = 0.9;
+/// Ratios of updates that tell how many more are needed.
+constexpr double fast = 0.6;
+constexpr double fastest = 0.05;
+/// Largest bound of the error for which ratios count, relative to the tolerance.
+constexpr double farthest = 30.0;
+/// Tolerance of a solve, relative to the expected size of its update.
+constexpr double forcing = 0.1;
 /// Relative rounding error of sums of energies.
 constexpr double rounding = 1e-12;
 
@@ -72,6 +80,27 @@ double Dynamics::nonlinear_energy() {
                        [&](std::size_t k) { return elements_.energy(static_cast<Index>(first + k)); });
 }
 
+/// Whether a hyperelastic body has an inverted tet at the last update of the elements. Then its energy has
+/// many minima, and less exact solves find worse ones.
+bool Dynamics::inverts_tissue() {
+  const auto first = static_cast<std::size_t>(elements_.nonlinear_begin());
+  return parallel::sum(threads_, static_cast<std::size_t>(elements_.size()) - first, partial_,
+                       [&](std::size_t k) {
+                         return elements_.inverted(static_cast<Index>(first + k)) ? 1.0 : 0.0;
+                       }) > 0.0;
+}
+
+double Dynamics::product_by_mass(std::span<const simd::Padded3> a, std::span<const simd::Padded3> b) {
+  return parallel::sum(threads_, masses_.size(), partial_, [&](std::size_t i) {
+    return free_[i] == 0 ? 0.0 : diagonal_[i] * dot(unpadded(a[i]), unpadded(b[i]));
+  });
+}
+
+/// What errors of the solution are relative to, by mass.
+double Dynamics::tissue_scale() {
+  return std::max(std::sqrt(product_by_mass(solution_, solution_)), load_scale_);
+}
+
 /// Bound of the relative error of the solution, by mass, if linear_forces_ are not the elastic forces at the
 /// end: |h r| weighted by 1 / m, since the matrix minus diag(m) is positive semi-definite.
 double Dynamics::tissue_error() {
@@ -81,15 +110,47 @@ double Dynamics::tissue_error() {
     return squared_length(time_step_ * (unpadded(elastic[i]) - linear_forces_[i])) / diagonal_[i];
   });
   const double beyond = std::sqrt(error) - rounding_ - tissue_rounding_;
-  if (beyond <= 0.0) return 0.0;  // at rest without loads the scale is zero, too
-  const double scale = parallel::sum(threads_, masses_.size(), partial_, [&](std::size_t i) {
-    return free_[i] == 0 ? 0.0 : diagonal_[i] * squared_length(unpadded(solution_[i]));
-  });
-  return beyond / std::max(std::sqrt(scale), load_scale_);
+  return beyond > 0.0 ? beyond / tissue_scale() : 0.0;  // at rest without loads the scale is zero, too
 }
 
-bool Dynamics::relinearise_tissue(double tolerance) {
-  if (elements_.nonlinear_begin() == elements_.size()) return false;
+void Dynamics::TissueUpdates::add(double square_now, double size_now) {
+  ++count;
+  if (count > 2) {
+    ratio_before = count == 3 ? 0.0 : ratio;
+    ratio = size_now / size;
+  }
+  square = square_now;
+  size = size_now;
+}
+
+double Dynamics::TissueUpdates::slowest() const {
+  return std::max({ratio, ratio_before, fastest});
+}
+
+/// Twice the sum of all further updates if each is `slowest()` times the one before. In stiff tissue,
+/// tissue_error() is far above it.
+double Dynamics::TissueUpdates::error() const {
+  const double q = slowest();
+  if (count < 3 || !(q < fast)) return std::numeric_limits<double>::infinity();
+  return 2.0 * size * q / (1.0 - q);
+}
+
+/// A fraction of the size that the next update is expected to have.
+double Dynamics::TissueUpdates::next_tolerance() const {
+  constexpr double second = 0.03;  // typical ratios
+  constexpr double third = 0.3;
+  const double q = count == 1 ? second : count == 2 ? third : std::min(slowest(), 1.0);
+  return forcing * q * size;
+}
+
+double Dynamics::largest_tolerance() {
+  constexpr double most = 0.03;
+  constexpr double energy = 0.1;
+  return std::min(most, std::sqrt(energy / std::max(system_.largest_stiffness(threads_), 1.0)));
+}
+
+std::optional<double> Dynamics::relinearise_tissue(double tolerance, double solved_to) {
+  if (!has_nonlinear_tissue()) return std::nullopt;
   at_end_ = false;
   const std::span<const Vec3> linearised = linear_positions();
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
@@ -107,11 +168,8 @@ bool Dynamics::relinearise_tissue(double tolerance) {
       sum([&](std::size_t i) { return dot(unpadded(elastic[i]), unpadded(displacements_[i])); });
   const double stiff_work =
       sum([&](std::size_t i) { return rate * dot(unpadded(stiff[i]), unpadded(displacements_[i])); });
-  const double inertia = sum([&](std::size_t i) {
-    return free_[i] == 0 ? 0.0 : rate * diagonal_[i] * squared_length(unpadded(displacements_[i]));
-  });
-  const LinearTissue linear{nonlinear_energy(), work, stiff_work, 0.5 * (inertia + stiff_work)};
-  if (!refined_) plain_updates_ = 0;
+  const double square = product_by_mass(displacements_, displacements_);
+  const LinearTissue linear{nonlinear_energy(), work, stiff_work, 0.5 * (rate * square + stiff_work)};
   place_linear_positions();
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
     if (is_nonlinear(i)) linear_positions_[i] = end_positions_[i];
@@ -119,42 +177,43 @@ bool Dynamics::relinearise_tissue(double tolerance) {
   refined_ = true;
   updated_ = false;
   elements_.update(threads_, linear_positions_);
-  if (tissue_error() <= tolerance) {
-    at_end_ = true;
-    return false;
+  double ratio = 0.0;  // of this update to the last one, if they are nearly parallel
+  if (updates_.plain > 0) {
+    const double product = product_by_mass(displacements_, last_update_);
+    if (product > 0.0 && product * product > least_cosine * square * updates_.square)
+      ratio = std::min(product / updates_.square, most_ratio);
   }
-  if (!extrapolate(linear)) backtrack(linear);
+  updates_.add(square, square > 0.0 ? std::sqrt(rate * square) / tissue_scale() : 0.0);
+  const double bound = tissue_error();
+  const bool close = bound <= tolerance || (bound <= farthest * tolerance && updates_.error() <= tolerance);
+  if (close && solved_to <= tolerance) {
+    at_end_ = true;
+    return std::nullopt;
+  }
+  last_update_ = displacements_;
+  ++updates_.plain;
+  if (!extrapolate(linear, ratio)) backtrack(linear);
   reuses_directions_ = false;
   form_system();
-  return true;
+  if (inverts_tissue()) return tolerance;
+  // An error may have the energy of the update only in part, too.
+  const double largest = largest_tolerance() * std::min(updates_.size, 1.0);
+  return std::max(tolerance, std::min(updates_.next_tolerance(), largest));
 }
 
 /// Places the linearisation beyond the end of the update if Newton's method converges slowly. Its matrix
 /// lacks the negative eigenvalues of compressed tissue, so it may be several times too stiff, and then each
-/// update is about the same part q of the one before. All of them together would be 1 / (1 - q) times this
-/// one (Aitken). This is used if the total energy is lower there than at the end of the update, as far as the
-/// rest of the problem is quadratic. The convergence of a step does not depend on it: what is linearised here
-/// is solved next. Between two extrapolations there is an update without.
-bool Dynamics::extrapolate(const LinearTissue& tissue) {
-  const auto update = [&](std::size_t i) { return unpadded(displacements_[i]); };
-  const auto sum = [&](auto&& term) { return parallel::sum(threads_, masses_.size(), partial_, term); };
-  const double square = sum([&](std::size_t i) { return masses_[i] * squared_length(update(i)); });
-  double ratio = 0.0;
-  if (plain_updates_ > 0) {
-    const double product =
-        sum([&](std::size_t i) { return masses_[i] * dot(update(i), unpadded(last_update_[i])); });
-    const bool parallel_to_last = product > 0.0 && product * product > least_cosine * square * last_square_;
-    if (parallel_to_last) ratio = std::min(product / last_square_, most_ratio);
-  }
-  last_update_ = displacements_;
-  last_square_ = square;
-  ++plain_updates_;
+/// update is about the same part q (`ratio`) of the one before. All of them together would be 1 / (1 - q)
+/// times this one (Aitken). This is used if the total energy is lower there than at the end of the update, as
+/// far as the rest of the problem is quadratic. The convergence of a step does not depend on it: what is
+/// linearised here is solved next. Between two extrapolations there is an update without.
+bool Dynamics::extrapolate(const LinearTissue& tissue, double ratio) {
   if (!(ratio > least_ratio)) return false;
-  plain_updates_ = 0;
+  updates_.plain = 0;
   const double beyond = ratio / (1.0 - ratio);
   const auto place = [&](double more) {
     parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
-      if (is_nonlinear(i)) linear_positions_[i] = end_positions_[i] + more * update(i);
+      if (is_nonlinear(i)) linear_positions_[i] = end_positions_[i] + more * unpadded(displacements_[i]);
     });
     elements_.update(threads_, linear_positions_);
   };

@@ -64,7 +64,7 @@ struct Simulation::State {
   void reset_counts();
   void begin_step();
   void activate_fibres(double time);
-  bool solve(bool loose, bool steady);
+  bool solve(double tolerance, bool loose, bool steady);
   [[nodiscard]] fem::ContactSet contact_set();
   [[nodiscard]] double normal_forces() const;
   /// The end of the current step as its last solve predicts it.

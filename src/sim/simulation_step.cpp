@@ -13,6 +13,8 @@
 namespace palpate {
 namespace {
 
+/// Enough to predict positions.
+constexpr double loose_tolerance = 0.03;
 /// Fraction of the remaining time budget for a detection that may not be the last in its step.
 constexpr double fraction_ahead = 0.5;
 
@@ -102,10 +104,9 @@ void Simulation::State::begin_step() {
 }
 
 /// One solve with the contacts found so far.
-/// \param loose   with a larger tolerance: enough to predict positions
+/// \param loose   enough to predict positions
 /// \param steady  contacts are expected to keep their status
-bool Simulation::State::solve(bool loose, bool steady) {
-  constexpr double loose_tolerance = 0.03;
+bool Simulation::State::solve(double tolerance, bool loose, bool steady) {
   constexpr int most = std::numeric_limits<int>::max();
   constexpr int last_means = 4;  // times the iterations, in substeps that may not be divided
   const SolverSettings& solver = settings.solver;
@@ -114,7 +115,7 @@ bool Simulation::State::solve(bool loose, bool steady) {
     response.leave_out(threads, dynamics.excess_velocities(), std::span(couplings).subspan(first_contact));
   const fem::SolveReport report = dynamics.solve(
       contact_set(),
-      {.tolerance = loose ? std::max(loose_tolerance, solver.tolerance) : solver.tolerance,
+      {.tolerance = loose ? std::max(loose_tolerance, tolerance) : tolerance,
        .max_iterations =
            is_last ? last_means * std::min(solver.max_iterations, most / last_means) : solver.max_iterations,
        .of_solution = solver.tolerance_of == ToleranceOf::solution,
@@ -146,11 +147,12 @@ fem::ContactSet Simulation::State::contact_set() {
 /// contacts push harder than all acting ones. A solution may rotate the frames of bodies: the next solve is
 /// for the new frames and the new contacts together. One for frames alone follows where no new contacts are
 /// expected. When contacts have converged, solve again if the forces of the tissue are not those of its
-/// linearisation.
+/// linearisation. Where the last step had many solves for that, the first one has a larger tolerance.
 /// \param last  metrics of the step before
 Simulation::State::Solution Simulation::State::solve_with_speculative_contacts(const StepMetrics& last) {
   constexpr int most_rotations = 8;
   constexpr double many = 1.0;
+  constexpr int slow_tissue = 4;  // solves of a step
   const bool predicts = can_predict();
   metrics.looks_ahead = predicts;
   const bool fixed = settings.solver.fixed_iterations.has_value();
@@ -161,10 +163,14 @@ Simulation::State::Solution Simulation::State::solve_with_speculative_contacts(c
   const auto known = std::ssize(response.laws());
   bool settled = last.speculative_contacts == 0;  // no new contacts are expected
   int rotations = 0;                              // of frames, since the last new contacts
+  const bool updates =
+      dynamics.has_nonlinear_tissue() && last.solves >= slow_tissue && last.inverted_tets == 0 && !fixed;
+  double tolerance =
+      updates ? std::max(dynamics.largest_tolerance(), settings.solver.tolerance) : settings.solver.tolerance;
   Solution solution;
   while (true) {
     Stopwatch watch;
-    solution.converged = solve(loose, steady);
+    solution.converged = solve(tolerance, loose, steady);
     const bool solves_again = progress.solves < most_solves(progress.stopped_passes > 0);
     bool rotated = dynamics.update_rotating_frames();
     if (rotated && (rotations == most_rotations || !solves_again)) {
@@ -195,7 +201,12 @@ Simulation::State::Solution Simulation::State::solve_with_speculative_contacts(c
     if (stops_fail() || (dynamics.is_second_order() && (passes || solution.speculative_contacts > 0)))
       return solution;  // the step will be undone
     const bool solved = settled && !loose && !rotated;
-    if (solved && (fixed || !dynamics.relinearise_tissue(settings.solver.tolerance))) break;
+    if (solved) {
+      const auto next =
+          fixed ? std::nullopt : dynamics.relinearise_tissue(settings.solver.tolerance, tolerance);
+      if (!next) break;
+      tolerance = *next;
+    }
     if (solved && !searches_again) {
       dynamics.end_where_linearised();
       solution.converged = false;

@@ -224,7 +224,7 @@ TEST(Substeps, AMotionIsFollowedWithinTheStep) {
     settings.gravity = {};
     settings.solver.tolerance = 1e-9;
     settings.solver.max_iterations = 3000;
-    settings.solver.max_solves = 14;  // of a step; its halves need fewer
+    settings.solver.max_solves = 12;  // of a step; its halves need fewer
     settings.solver.max_substeps = max_substeps;
     return Simulation(std::move(model), settings, 1);
   };
