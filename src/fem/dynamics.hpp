@@ -183,11 +183,6 @@ class Dynamics {
   /// \param tolerance  largest relative error of the solution, by mass, due to a difference of these forces
   /// \param solved_to  tolerance of the last solve(). If it is larger, the tissue is always linearised again
   std::optional<double> relinearise_tissue(double tolerance, double solved_to = 0.0);
-  /// Largest tolerance of solves while the tissue is far from its linearisation: 3 %, and so small that an
-  /// error of this size has at most a tenth of the energy of the solution.
-  [[nodiscard]] double largest_tolerance();
-  /// Whether relinearise_tissue() has anything to do.
-  [[nodiscard]] bool has_nonlinear_tissue() const { return elements_.nonlinear_begin() < elements_.size(); }
   /// Call after relinearise_tissue() has returned a tolerance, instead of another solve(). Hyperelastic
   /// bodies then end the step at the linearisation point, where the total energy is lower than at the last
   /// one.
@@ -316,6 +311,7 @@ class Dynamics {
   [[nodiscard]] bool inverts_tissue();
   [[nodiscard]] double tissue_error();
   [[nodiscard]] double tissue_scale();
+  [[nodiscard]] double largest_tolerance();
   [[nodiscard]] double product_by_mass(std::span<const simd::Padded3> a, std::span<const simd::Padded3> b);
   /// How fast Newton's method over the tissue converges in a step.
   struct TissueUpdates {

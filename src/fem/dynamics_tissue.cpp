@@ -143,6 +143,8 @@ double Dynamics::TissueUpdates::next_tolerance() const {
   return forcing * q * size;
 }
 
+/// Largest tolerance of solves while the tissue is far from its linearisation. An error of this size has at
+/// most a tenth of the energy of what it is relative to.
 double Dynamics::largest_tolerance() {
   constexpr double most = 0.03;
   constexpr double energy = 0.1;
@@ -150,7 +152,7 @@ double Dynamics::largest_tolerance() {
 }
 
 std::optional<double> Dynamics::relinearise_tissue(double tolerance, double solved_to) {
-  if (!has_nonlinear_tissue()) return std::nullopt;
+  if (elements_.nonlinear_begin() == elements_.size()) return std::nullopt;
   at_end_ = false;
   const std::span<const Vec3> linearised = linear_positions();
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {

@@ -13,8 +13,6 @@
 namespace palpate {
 namespace {
 
-/// Enough to predict positions.
-constexpr double loose_tolerance = 0.03;
 /// Fraction of the remaining time budget for a detection that may not be the last in its step.
 constexpr double fraction_ahead = 0.5;
 
@@ -107,6 +105,7 @@ void Simulation::State::begin_step() {
 /// \param loose   enough to predict positions
 /// \param steady  contacts are expected to keep their status
 bool Simulation::State::solve(double tolerance, bool loose, bool steady) {
+  constexpr double loose_tolerance = 0.03;
   constexpr int most = std::numeric_limits<int>::max();
   constexpr int last_means = 4;  // times the iterations, in substeps that may not be divided
   const SolverSettings& solver = settings.solver;
@@ -147,12 +146,11 @@ fem::ContactSet Simulation::State::contact_set() {
 /// contacts push harder than all acting ones. A solution may rotate the frames of bodies: the next solve is
 /// for the new frames and the new contacts together. One for frames alone follows where no new contacts are
 /// expected. When contacts have converged, solve again if the forces of the tissue are not those of its
-/// linearisation. Where the last step had many solves for that, the first one has a larger tolerance.
+/// linearisation, at first to a larger tolerance.
 /// \param last  metrics of the step before
 Simulation::State::Solution Simulation::State::solve_with_speculative_contacts(const StepMetrics& last) {
   constexpr int most_rotations = 8;
   constexpr double many = 1.0;
-  constexpr int slow_tissue = 4;  // solves of a step
   const bool predicts = can_predict();
   metrics.looks_ahead = predicts;
   const bool fixed = settings.solver.fixed_iterations.has_value();
@@ -163,10 +161,7 @@ Simulation::State::Solution Simulation::State::solve_with_speculative_contacts(c
   const auto known = std::ssize(response.laws());
   bool settled = last.speculative_contacts == 0;  // no new contacts are expected
   int rotations = 0;                              // of frames, since the last new contacts
-  const bool updates =
-      dynamics.has_nonlinear_tissue() && last.solves >= slow_tissue && last.inverted_tets == 0 && !fixed;
-  double tolerance =
-      updates ? std::max(dynamics.largest_tolerance(), settings.solver.tolerance) : settings.solver.tolerance;
+  double tolerance = settings.solver.tolerance;
   Solution solution;
   while (true) {
     Stopwatch watch;
