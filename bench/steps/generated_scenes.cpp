@@ -203,7 +203,7 @@ StepScene draped(std::string name, const Material& material) {
           .make = make};
 }
 
-/// Tissue with large strains, smoothed tets, fibres, damping, and pressure on all of a body.
+/// Tissue with large strains, smoothed tets, fibres and damping.
 void add_tissue(std::vector<StepScene>& scenes) {
   constexpr auto neo = MaterialModel::stable_neo_hookean;
   const Material neo20{.young_modulus = 2e4, .poisson_ratio = 0.45, .model = neo};

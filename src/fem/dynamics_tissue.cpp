@@ -143,8 +143,8 @@ double Dynamics::TissueUpdates::next_tolerance() const {
   return forcing * q * size;
 }
 
-/// Largest tolerance of solves while the tissue is far from its linearisation. An error of this size has at
-/// most a tenth of the energy of what it is relative to.
+/// Largest tolerance of solves while the tissue is far from its linearisation. An error of this size has
+/// about a tenth of the energy of what it is relative to, if it is all at the stiffest point.
 double Dynamics::largest_tolerance() {
   constexpr double most = 0.03;
   constexpr double energy = 0.1;

@@ -11,6 +11,7 @@
 #include "geometry/vector.hpp"
 
 namespace palpate::fem {
+
 /// The derivative of a corotational stress by R: P = 2 mu R (S - I), or lambda tr(S - I) R, rotates with R.
 /// Along the twist about principal axis k, [u_k]x R / sqrt 2, the second derivative of the energy is 2 mu (1
 /// - 2 / (s_i + s_j)) for shape and 2 lambda tr(S - I) / (s_i + s_j) for volume (Smith, de Goes & Kim 2019,
