@@ -85,9 +85,12 @@ TEST(StepError, OfHyperelasticTissueIsWithinTheTolerance) {
       body.material->model = MaterialModel::stable_neo_hookean;
       body.material->elements = elements;
     }
-    const int counted =
-        compare(scene, 40, [](int, const StepMetrics& metrics) { return metrics.solves > 3; });
-    EXPECT_GT(counted, 10);
+    int several = 0;
+    compare(scene, 40, [&](int, const StepMetrics& metrics) {
+      several += metrics.solves > 3 ? 1 : 0;
+      return true;
+    });
+    EXPECT_GT(several, 10);
   }
 }
 
