@@ -19,7 +19,7 @@ void DomainTangents::clear() {
 void DomainTangents::set(std::size_t domain, const HyperelasticLaw& law, const Matrix3& h, double addend) {
   added[domain] = addend;
   pulled[domain] = !whole.empty() && pulled_tangent(law, h, whole[domain]) ? 1 : 0;
-  if (pulled[domain] == 0) of_law[domain] = tangent(law, h);
+  if (pulled[domain] == 0) of_law[domain] = tangent(law, h, 0.0);
 }
 
 Matrix3 DomainTangents::stress_change(std::size_t domain, const Vec3& fibre,

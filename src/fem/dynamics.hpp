@@ -311,7 +311,6 @@ class Dynamics {
   [[nodiscard]] bool inverts_tissue();
   [[nodiscard]] double tissue_error();
   [[nodiscard]] double tissue_scale();
-  [[nodiscard]] double largest_tolerance();
   [[nodiscard]] double product_by_mass(std::span<const simd::Padded3> a, std::span<const simd::Padded3> b);
   /// How fast Newton's method over the tissue converges in a step.
   struct TissueUpdates {

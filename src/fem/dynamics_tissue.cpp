@@ -143,14 +143,6 @@ double Dynamics::TissueUpdates::next_tolerance() const {
   return forcing * q * size;
 }
 
-/// Largest tolerance of solves while the tissue is far from its linearisation. An error of this size has
-/// about a tenth of the energy of what it is relative to, if it is all at the stiffest point.
-double Dynamics::largest_tolerance() {
-  constexpr double most = 0.03;
-  constexpr double energy = 0.1;
-  return std::min(most, std::sqrt(energy / std::max(system_.largest_stiffness(threads_), 1.0)));
-}
-
 std::optional<double> Dynamics::relinearise_tissue(double tolerance, double solved_to) {
   if (elements_.nonlinear_begin() == elements_.size()) return std::nullopt;
   at_end_ = false;
@@ -198,9 +190,8 @@ std::optional<double> Dynamics::relinearise_tissue(double tolerance, double solv
   reuses_directions_ = false;
   form_system();
   if (inverts_tissue()) return tolerance;
-  // An error may have the energy of the update only in part, too.
-  const double largest = largest_tolerance() * std::min(updates_.size, 1.0);
-  return std::max(tolerance, std::min(updates_.next_tolerance(), largest));
+  constexpr double most = 0.03;  // while the tissue is far from its linearisation
+  return std::max(tolerance, std::min(updates_.next_tolerance(), most * std::min(updates_.size, 1.0)));
 }
 
 /// Places the linearisation beyond the end of the update if Newton's method converges slowly. Its matrix

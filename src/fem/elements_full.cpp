@@ -247,7 +247,8 @@ void Elements::update_hyperelastic(std::size_t element, std::span<const Vec3> po
   store(-sum, forces);
   const std::size_t place = block_stride * (element - static_cast<std::size_t>(tangent_begin_));
   std::array<double, tangent_values> blocks{};
-  put_blocks(tangent(law, h), law.fibre, gradients, factor_[element] * volume_[element], blocks);
+  put_blocks(tangent(law, h, simd::kept_part), law.fibre, gradients, factor_[element] * volume_[element],
+             blocks);
   std::ranges::transform(blocks, &blocks_[place], [](double value) { return static_cast<float>(value); });
 }
 

@@ -56,13 +56,12 @@ Matrix3 product(const SymmetricMatrix3& a, const Matrix3& b) {
   return c;
 }
 
-/// The matrix with its negative eigenvalues set to zero.
-SymmetricMatrix3 positive_part(const SymmetricMatrix3& a) {
+SymmetricMatrix3 positive_part(const SymmetricMatrix3& a, double kept) {
   const double minor = a.xx * a.yy - a.xy * a.xy;
   const double det = a.xx * (a.yy * a.zz - a.yz * a.yz) - a.xy * (a.xy * a.zz - a.yz * a.xz) +
                      a.xz * (a.xy * a.yz - a.yy * a.xz);
   if (a.xx > 0.0 && minor > 0.0 && det > 0.0) return a;
-  return positive_part(symmetric_eigen(a));
+  return positive_part(symmetric_eigen(a), kept);
 }
 
 /// Second derivatives of the energy in principal stretches.
@@ -70,6 +69,7 @@ struct PrincipalTerms {
   double first = 0.0;     ///< first (1 - 1 / (I1 + 1))
   double bend = 0.0;      ///< 2 first / (I1 + 1)^2
   double pressure = 0.0;  ///< of J
+  double kept = 0.0;      ///< part of negative eigenvalues
 };
 
 /// A diagonal entry of the tangent in principal stretches. c is the cofactor s_j s_k; `squares` is s_j^2 +
@@ -79,24 +79,28 @@ double diagonal_entry(const HyperelasticLaw& law, const PrincipalTerms& t, doubl
   return t.first + t.bend * s * s + law.second * squares + law.bulk * c * c;
 }
 
-void set_principal(const HyperelasticLaw& law, const Vec3& s, double volume_change, HyperelasticTangent& t) {
+void set_principal(const HyperelasticLaw& law, const Vec3& s, double volume_change, double kept,
+                   HyperelasticTangent& t) {
   const Vec3 c{s.y * s.z, s.z * s.x, s.x * s.y};
   const Vec3 q{s.x * s.x, s.y * s.y, s.z * s.z};
   const double weight = 1.0 / (q.x + q.y + q.z + 1.0);
-  const PrincipalTerms terms{law.first * (1.0 - weight), 2.0 * law.first * weight * weight,
-                             law.bulk * volume_change - law.rest_pressure()};
+  const double pressure = law.bulk * volume_change - law.rest_pressure();
+  const PrincipalTerms terms{law.first * (1.0 - weight), 2.0 * law.first * weight * weight, pressure,
+                             pressure > 0.0 && volume_change > -1.0 ? kept : 0.0};
   const auto mixed = [&](double product, double c_i, double c_j, double s_k) {
     return (terms.bend + 2.0 * law.second) * product + law.bulk * c_i * c_j + terms.pressure * s_k;
   };
-  t.stretch = positive_part({diagonal_entry(law, terms, s.x, c.x, q.y + q.z),
-                             diagonal_entry(law, terms, s.y, c.y, q.z + q.x),
-                             diagonal_entry(law, terms, s.z, c.z, q.x + q.y), mixed(c.z, c.x, c.y, s.z),
-                             mixed(c.y, c.x, c.z, s.y), mixed(c.x, c.y, c.z, s.x)});
+  t.stretch = positive_part(
+      {diagonal_entry(law, terms, s.x, c.x, q.y + q.z), diagonal_entry(law, terms, s.y, c.y, q.z + q.x),
+       diagonal_entry(law, terms, s.z, c.z, q.x + q.y), mixed(c.z, c.x, c.y, s.z), mixed(c.y, c.x, c.z, s.y),
+       mixed(c.x, c.y, c.z, s.x)},
+      terms.kept);
   const auto pair = [&](double c_k, double q_k, double s_k, double& same, double& other) {
     const double twist = std::max(0.0, terms.first + law.second * (q_k + c_k) + terms.pressure * s_k);
-    const double flip = std::max(0.0, terms.first + law.second * (q_k - c_k) - terms.pressure * s_k);
-    same = 0.5 * (flip + twist);
-    other = 0.5 * (flip - twist);
+    const double flip = terms.first + law.second * (q_k - c_k) - terms.pressure * s_k;
+    const double positive_flip = std::max(flip, -terms.kept * flip);
+    same = 0.5 * (positive_flip + twist);
+    other = 0.5 * (positive_flip - twist);
   };
   pair(c.x, q.x, s.x, t.same.x, t.other.x);
   pair(c.y, q.y, s.y, t.same.y, t.other.y);
@@ -193,7 +197,7 @@ HyperelasticResponse respond(const HyperelasticLaw& law, const Matrix3& h) {
   return result;
 }
 
-HyperelasticTangent tangent(const HyperelasticLaw& law, const Matrix3& h) {
+HyperelasticTangent tangent(const HyperelasticLaw& law, const Matrix3& h, double kept) {
   const Matrix3 f = plus_identity(h);
   const Matrix3 rotation = nearest_rotation(f);
   const SymmetricEigen eigen =
@@ -209,7 +213,7 @@ HyperelasticTangent tangent(const HyperelasticLaw& law, const Matrix3& h) {
     t.left(1, k) = u.y;
     t.left(2, k) = u.z;
   }
-  set_principal(law, eigen.values, volume_change(h, cofactors(h)), t);
+  set_principal(law, eigen.values, volume_change(h, cofactors(h)), kept, t);
   const FibreState fibre = fibre_state(law, h);
   t.stretched_fibre = fibre.stretched;
   t.fibre_along = fibre.along;

@@ -74,8 +74,8 @@ struct FibreState {
 };
 [[nodiscard]] FibreState fibre_state(const HyperelasticLaw& law, const Matrix3& h);
 
-/// The derivative of the stress, in the frames of the singular value decomposition F = U diag(s) V^T, with
-/// its negative eigenvalues set to zero: for dF = U A V^T it is U B V^T with
+/// The derivative of the stress, in the frames of the singular value decomposition F = U diag(s) V^T, without
+/// negative eigenvalues: for dF = U A V^T it is U B V^T with
 ///   B_pp = sum_q stretch_pq A_qq,  B_pq = same_r A_pq + other_r A_qp,  r the axis that is neither p nor q.
 /// Eigenvalues are those of Smith, de Goes & Kim, "Analytic eigensystems for isotropic distortion energies",
 /// ACM TOG 38 (2019), section 4: same - other of twists, same + other of flips, three of `stretch`. U and V
@@ -91,7 +91,11 @@ struct HyperelasticTangent {
   double fibre_along = 0.0;
   double fibre_across = 0.0;
 };
-[[nodiscard]] HyperelasticTangent tangent(const HyperelasticLaw& law, const Matrix3& h);
+/// \param kept  where F is not inverted and the pressure of J is a tension, negative eigenvalues are replaced
+/// by
+///              minus this part of them, elsewhere by zero (Chen et al., "Stabler Neo-Hookean simulation:
+///              absolute eigenvalue filtering for projected Newton", SIGGRAPH 2024, keep all everywhere)
+[[nodiscard]] HyperelasticTangent tangent(const HyperelasticLaw& law, const Matrix3& h, double kept);
 
 /// The change dP of the first Piola-Kirchhoff stress for a change dF of the deformation gradient. `fibre` is
 /// the unit vector of the fibres at rest.

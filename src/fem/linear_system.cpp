@@ -25,28 +25,23 @@ LinearSystem::LinearSystem(const BlockMatrix& blocks, CouplingSystem& couplings,
 }
 
 bool LinearSystem::needs_exact_products(const parallel::Threads& threads) {
-  constexpr double largest = 1e7;  // a float has seven digits
-  return largest_stiffness(threads) > largest;
-}
-
-double LinearSystem::largest_stiffness(const parallel::Threads& threads) {
+  constexpr float largest = 1e7F;  // stiffness over mass: a float has seven digits
   constexpr std::size_t n = simd::slice_rows;
   const auto blocks = blocks_->diagonal_blocks();
   const auto masses = blocks_->masses();
   parallel::for_chunks(threads, blocks_->slice_count(), slice_grain,
                        [&](std::size_t begin, std::size_t end, std::size_t chunk) {
-                         float largest = 0.0F;
+                         bool stiff = false;
                          for (std::size_t slice = begin; slice < end; ++slice) {
                            const float* block = &blocks[simd::slice_symmetric * slice];
                            for (std::size_t lane = 0; lane < n; ++lane) {
                              const float trace = block[lane] + block[n + lane] + block[2 * n + lane];
-                             const float mass = masses[n * slice + lane];
-                             if (mass > 0.0F) largest = std::max(largest, trace / (3.0F * mass));
+                             stiff = stiff || trace > 3.0F * largest * masses[n * slice + lane];
                            }
                          }
-                         partial_[chunk] = static_cast<double>(largest);
+                         partial_[chunk] = stiff ? 1.0 : 0.0;
                        });
-  return partial_.empty() ? 0.0 : *std::ranges::max_element(partial_);
+  return std::ranges::find(partial_, 1.0) != partial_.end();
 }
 
 double LinearSystem::rigid_change(std::span<const simd::Padded3> residual,

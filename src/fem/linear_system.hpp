@@ -34,8 +34,6 @@ class LinearSystem {
   [[nodiscard]] std::span<const float> masses() const { return blocks_->masses(); }
   [[nodiscard]] std::span<const float> inverse_masses() const { return inverse_masses_; }
 
-  /// Largest ratio of a point's diagonal block of B (a third of its trace) to its mass. O(n_points).
-  [[nodiscard]] double largest_stiffness(const parallel::Threads& threads);
   /// Whether floats are too coarse for products with A: rounding of stiffness is not small compared with the
   /// masses. O(n_points).
   [[nodiscard]] bool needs_exact_products(const parallel::Threads& threads);

@@ -87,12 +87,12 @@ SymmetricEigen symmetric_eigen(const SymmetricMatrix3& a) {
   return result;
 }
 
-SymmetricMatrix3 positive_part(const SymmetricEigen& eigen) {
+SymmetricMatrix3 positive_part(const SymmetricEigen& eigen, double kept) {
   const std::array values{eigen.values.x, eigen.values.y, eigen.values.z};
   SymmetricMatrix3 sum;
   for (std::size_t k = 0; k < 3; ++k) {
     const Vec3& v = eigen.vectors[k];
-    sum = sum + std::max(values[k], 0.0) *
+    sum = sum + std::max(values[k], -kept * values[k]) *
                     SymmetricMatrix3{v.x * v.x, v.y * v.y, v.z * v.z, v.x * v.y, v.x * v.z, v.y * v.z};
   }
   return sum;

@@ -19,7 +19,7 @@ struct SymmetricEigen {
 /// largest component of each eigenvector is positive. NaN for a matrix that is not finite. The same bits on
 /// every call and machine: no function of the C library but the square root.
 [[nodiscard]] SymmetricEigen symmetric_eigen(const SymmetricMatrix3& a);
-/// The matrix with its negative eigenvalues set to zero.
-[[nodiscard]] SymmetricMatrix3 positive_part(const SymmetricEigen& eigen);
+/// The matrix with each negative eigenvalue replaced by minus the part `kept` of it.
+[[nodiscard]] SymmetricMatrix3 positive_part(const SymmetricEigen& eigen, double kept = 0.0);
 
 }  // namespace palpate::fem

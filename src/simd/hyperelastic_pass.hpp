@@ -11,6 +11,12 @@ namespace palpate::simd {
 /// Floats per element for its stiffness blocks: 54, padded to whole vectors of four.
 inline constexpr std::size_t block_stride = 56;
 
+/// Part of negative eigenvalues that tets keep, as positive numbers, where the pressure of the volume is a
+/// tension and they are not inverted (fem/hyperelastic.hpp, tangent()). Without, tets of too large a volume
+/// have no stiffness against some changes of shape, so the first updates are far too large. With all of it,
+/// tissue with tets of bad shape converges slowly.
+inline constexpr double kept_part = 0.25;
+
 /// Columns of the law of each element (fem/hyperelastic.hpp), in Pa unless noted: moduli of the first and the
 /// second invariant and of the volume, ambient pressure; the unit vector of the fibres or zero, their
 /// stiffness, exponent (no unit) and tension.

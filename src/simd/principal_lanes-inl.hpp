@@ -31,8 +31,9 @@ struct TangentV {
 /// Sweeps of Jacobi rotations. They converge quadratically, so four reach rounding error.
 constexpr int tangent_sweeps = 4;
 
-/// Sets the negative eigenvalues of the matrix to zero. Lanes without negative eigenvalues keep their bits.
-HWY_INLINE std::array<V, 6> positive_part(const std::array<V, 6>& a) {
+/// The matrix with each negative eigenvalue times `factor`. Lanes without negative eigenvalues keep their
+/// bits.
+HWY_INLINE std::array<V, 6> positive_part(const std::array<V, 6>& a, V factor) {
   const D d;
   const V zero = hn::Zero(d);
   const V minor = hn::MulSub(a[0], a[1], hn::Mul(a[3], a[3]));
@@ -45,7 +46,7 @@ HWY_INLINE std::array<V, 6> positive_part(const std::array<V, 6>& a) {
   std::array<V, 6> sum{zero, zero, zero, zero, zero, zero};
   for (std::size_t k = 0; k < 3; ++k) {
     const Vec3V& v = eigen.vectors[k];
-    const Vec3V w = times(hn::Max(eigen.diagonal[k], zero), v);
+    const Vec3V w = times(hn::Max(eigen.diagonal[k], hn::Mul(factor, eigen.diagonal[k])), v);
     sum = {hn::MulAdd(w.x, v.x, sum[0]), hn::MulAdd(w.y, v.y, sum[1]), hn::MulAdd(w.z, v.z, sum[2]),
            hn::MulAdd(w.x, v.y, sum[3]), hn::MulAdd(w.x, v.z, sum[4]), hn::MulAdd(w.y, v.z, sum[5])};
   }
@@ -69,14 +70,18 @@ HWY_INLINE void set_principal(const FactorsV& factors, V second, const std::arra
     return hn::MulAdd(product, c[k],
                       hn::MulAdd(hn::Mul(factors.bulk, c[i]), c[j], hn::Mul(factors.pressure, s[k])));
   };
+  const M stretched = hn::And(hn::Gt(factors.pressure, zero), hn::Gt(hn::Mul(c[2], s[2]), zero));
+  const V kept = hn::IfThenElseZero(stretched, set(-kept_part));
   t.stretch = positive_part({diagonal(0, 1, 2), diagonal(1, 2, 0), diagonal(2, 0, 1), mixed(0, 1, 2),
-                             mixed(0, 2, 1), mixed(1, 2, 0)});
+                             mixed(0, 2, 1), mixed(1, 2, 0)},
+                            kept);
   for (std::size_t k = 0; k < 3; ++k) {
     const V push = hn::Mul(factors.pressure, s[k]);
     const V twist = hn::Max(zero, hn::Add(hn::MulAdd(second, hn::Add(q[k], c[k]), factors.linear), push));
-    const V flip = hn::Max(zero, hn::Sub(hn::MulAdd(second, hn::Sub(q[k], c[k]), factors.linear), push));
-    t.same[k] = hn::Mul(half, hn::Add(flip, twist));
-    t.other[k] = hn::Mul(half, hn::Sub(flip, twist));
+    const V flip = hn::Sub(hn::MulAdd(second, hn::Sub(q[k], c[k]), factors.linear), push);
+    const V positive_flip = hn::Max(flip, hn::Mul(kept, flip));
+    t.same[k] = hn::Mul(half, hn::Add(positive_flip, twist));
+    t.other[k] = hn::Mul(half, hn::Sub(positive_flip, twist));
   }
 }
 

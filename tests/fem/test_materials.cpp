@@ -1,5 +1,5 @@
 // Hyperelastic laws. Oracles: the energies as their papers write them, in long double, differentiated by
-// differences; their Hessians with negative eigenvalues cut by Eigen; closed forms of simple stretches.
+// differences; their Hessians with negative eigenvalues replaced by Eigen; closed forms of simple stretches.
 #include <Eigen/Dense>
 #include <Eigen/Eigenvalues>
 #include <cmath>
@@ -32,9 +32,11 @@ Matrix9 hessian(const Material& m, const Matrix& f, Real tension, Real ambient =
   return 0.5 * (c + c.transpose());
 }
 
-Matrix9 positive_part(const Matrix9& a) {
+/// A matrix with each negative eigenvalue replaced by minus the part `kept` of it.
+Matrix9 positive_part(const Matrix9& a, double kept) {
   const Eigen::SelfAdjointEigenSolver<Matrix9> solver(a);
-  return solver.eigenvectors() * solver.eigenvalues().cwiseMax(0.0).asDiagonal() *
+  const auto& values = solver.eigenvalues();
+  return solver.eigenvectors() * values.cwiseMax(-kept * values).asDiagonal() *
          solver.eigenvectors().transpose();
 }
 
@@ -131,17 +133,25 @@ void expect_blocks(const std::array<double, tangent_values>& blocks, const Matri
   }
 }
 
-/// The blocks are those of the exact Hessian without its negative eigenvalues.
+/// Whether the law without fibres has a tension of volume, and F is not inverted.
+bool is_swollen(const Material& m, const Matrix& f, double ambient) {
+  const HyperelasticLaw law = law_of(m, 0.0, ambient);
+  const Real j = f.determinant();
+  return j > 0 && Real(law.bulk) * (j - 1) > Real(law.rest_pressure());
+}
+
+/// The blocks are those of the exact Hessian without its negative eigenvalues, of which a part is kept.
 void expect_tangent(const Material& m, double tension, double ambient = 0.0) {
   for (const Matrix& f : deformations(6)) {
     if (!is_smooth(m, f)) continue;
     Material ground = m;
     ground.fibres = {};
-    Matrix9 c = positive_part(hessian(ground, f, 0, ambient));
+    constexpr double kept = 0.3;
+    Matrix9 c = positive_part(hessian(ground, f, 0, ambient), is_swollen(ground, f, ambient) ? kept : 0.0);
     if (m.fibres.any()) c += hessian(m, f, tension) - hessian(ground, f, 0);
     const HyperelasticLaw law = law_of(m, tension, ambient);
     std::array<double, tangent_values> blocks{};
-    put_blocks(tangent(law, minus_identity(f)), law.fibre, gradients, 2.0, blocks);
+    put_blocks(tangent(law, minus_identity(f), kept), law.fibre, gradients, 2.0, blocks);
     expect_blocks(blocks, c, 2.0);
   }
 }
