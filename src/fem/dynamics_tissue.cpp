@@ -190,7 +190,7 @@ std::optional<double> Dynamics::relinearise_tissue(double tolerance, double solv
   reuses_directions_ = false;
   form_system();
   if (inverts_tissue()) return tolerance;
-  constexpr double most = 0.03;  // while the tissue is far from its linearisation
+  constexpr double most = 0.01;  // while the tissue is far from its linearisation
   return std::max(tolerance, std::min(updates_.next_tolerance(), most * std::min(updates_.size, 1.0)));
 }
 
