@@ -58,30 +58,33 @@ double energy_of_change(const Simulation& simulation, const std::vector<Vec3>& b
   return sum;
 }
 
+/// Returns whether the first step is not divided.
+bool expect_convergence(const Start& start, const Material& material, double time_step) {
+  SCOPED_TRACE(::testing::Message() << start.stretch.x << ", " << static_cast<int>(material.model) << ", "
+                                    << material.young_modulus << " Pa, " << material.poisson_ratio << ", "
+                                    << time_step);
+  Simulation simulation = stretched_ball(start, material, time_step);
+  const std::vector<Vec3> before(simulation.velocities().begin(), simulation.velocities().end());
+  const double energy =
+      elastic_energy(simulation) + energy_of_change(simulation, std::vector<Vec3>(before.size()));
+  simulation.step();
+  EXPECT_TRUE(simulation.metrics().solver_converged);
+  EXPECT_EQ(simulation.metrics().inverted_tets, 0);
+  if (simulation.metrics().substeps > 1) return false;
+  EXPECT_LT(elastic_energy(simulation) + energy_of_change(simulation, before), energy);
+  return true;
+}
+
 TEST(StretchedStarts, ConvergeInWholeStepsAndGainNoEnergy) {
   int whole = 0;
   for (const Start& start : {Start{{1.3, 0.85, 0.95}}, Start{{1.5, 0.9, 0.9}},
                              Start{{1.3, 0.85, 0.95}, MaterialModel::mooney_rivlin}}) {
     for (const double young_modulus : {1e5, 1e6, 1e7}) {
       for (const double poisson_ratio : {0.45, 0.49, 0.499}) {
-        for (const double time_step : {0.01, 0.04}) {
-          SCOPED_TRACE(::testing::Message()
-                       << start.stretch.x << ", " << static_cast<int>(start.model) << ", " << young_modulus
-                       << " Pa, " << poisson_ratio << ", " << time_step);
-          Simulation simulation = stretched_ball(
-              start, {.young_modulus = young_modulus, .poisson_ratio = poisson_ratio, .model = start.model},
-              time_step);
-          const std::vector<Vec3> before(simulation.velocities().begin(), simulation.velocities().end());
-          const std::vector<Vec3> zero(before.size());
-          const double energy = elastic_energy(simulation) + energy_of_change(simulation, zero);
-          simulation.step();
-          EXPECT_TRUE(simulation.metrics().solver_converged);
-          EXPECT_EQ(simulation.metrics().inverted_tets, 0);
-          if (simulation.metrics().substeps == 1) {
-            EXPECT_LT(elastic_energy(simulation) + energy_of_change(simulation, before), energy);
-            ++whole;
-          }
-        }
+        const Material material{
+            .young_modulus = young_modulus, .poisson_ratio = poisson_ratio, .model = start.model};
+        for (const double time_step : {0.01, 0.04})
+          whole += expect_convergence(start, material, time_step) ? 1 : 0;
       }
     }
   }
