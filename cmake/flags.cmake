@@ -12,7 +12,7 @@ if(PALPATE_SANITIZE)
 endif()
 
 # For folders whose speed does not matter: in tests, the command and the server, the last level of optimisation takes up
-# to a third of the time of a compilation, and the one before it in tests as much again. A number is that of -O.
+# to a third of the time of a compilation, and the one before it a quarter of what is left. A number is that of -O.
 macro(palpate_optimise_less level)
   string(REPLACE "-O3" "-O${level}" CMAKE_CXX_FLAGS_RELEASE "${CMAKE_CXX_FLAGS_RELEASE}")
 endmacro()

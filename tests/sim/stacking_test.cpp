@@ -42,9 +42,9 @@ void expect_the_same_for_thread_counts(std::initializer_list<int> counts, int st
   for (const int threads : counts) EXPECT_EQ(hash_of(stacking(threads), steps), one) << threads << " threads";
 }
 
-/// Each `stride`-th variant, brute force included.
+/// Each `stride`-th variant, brute force included, on other threads than the one before.
 void expect_the_same_for_variants(std::size_t stride, int steps) {
-  constexpr std::array<int, 4> threads{1, 2, 3, 5};
+  constexpr std::array<int, 4> threads{1, 2, 3, 7};
   const auto variants = test::every_variant();
   ASSERT_EQ(variants.size(), 16U);
   std::string expected;
@@ -57,11 +57,7 @@ void expect_the_same_for_variants(std::size_t stride, int steps) {
   }
 }
 
-TEST(Stacking, HashIsTheSameForEveryThreadCount) {
-  expect_the_same_for_thread_counts({2, 7}, 80);
-}
-
-TEST(Stacking, HashIsTheSameForEveryStructureOrderAndSort) {
+TEST(Stacking, HashIsTheSameForThreadCountsStructuresOrdersAndSorts) {
   expect_the_same_for_variants(5, 40);
 }
 
