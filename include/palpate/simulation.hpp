@@ -114,10 +114,10 @@ class Simulation {
   [[nodiscard]] const Motion& motion(Index number) const;
   /// Sets the force (N) on a point from the next step on; replaces the one set before (at first that of
   /// Model::forces), and zero removes it. It adds to all other loads of the model. Throws Error on a point
-  /// out of range and a force that is not finite.
+  /// out of range or of a rigid body, and a force that is not finite.
   void set_force(Index point, const Vec3& force);
   /// set_force() for many points: forces[i] on points[i]; for a repeated point the last one holds. Throws
-  /// Error, and changes nothing, if one is out of range or not finite, or lengths differ. O(points).
+  /// Error as set_force(), and if lengths differ, and changes nothing. O(points).
   void set_forces(std::span<const Index> points, std::span<const Vec3> forces);
   /// Sets a pressure (Pa, against the outward normal) on surface triangles from the next step on; replaces
   /// the one set before, and 0 removes it. It follows the surface, and adds to the model's loads. Throws
@@ -135,8 +135,8 @@ class Simulation {
   /// point, and on a velocity along a fixed axis.
   void set_velocities(std::span<const Index> points, std::span<const Vec3> velocities);
   /// Pulls a point by a spring from the next step on; returns the number of the grab. The spring is damped
-  /// critically against the mass of the point. Throws Error on a point out of range, a stiffness that is not
-  /// a number > 0 and a target that is not finite.
+  /// critically against the mass of the point. Throws Error on a point out of range or of a rigid body, a
+  /// stiffness that is not a number > 0 and a target that is not finite.
   Index grab(const Grab& grab);
   /// Sets the target of a grab. Throws Error if it is not the number of a grab.
   void move_grab(Index number, const Vec3& target);

@@ -334,14 +334,15 @@ class Simulation(_core.Simulation):
 
     def set_force(self, point: int, force: ArrayLike) -> None:
         """Sets the force on a point (index among all points), N, from the next step on; replaces the one set before, and
-        zero removes it. It adds to the loads of the model.
+        zero removes it. It adds to the loads of the model. Raises Error on a point of a rigid body.
         """
         self._set_forces(np.array([_arrays.integer(point, "point")], np.int32), np.array([_arrays.vector(force, "force")]))
 
     def set_forces(self, points: ArrayLike, forces: ArrayLike) -> None:
         """Sets forces on points (indices or a mask, of all points), (n, 3) or (3) for each of them, N, from the next
         step on; replaces those set before, and zero removes one. They add to the loads of the model. For a point that is
-        given twice the last force holds; they are not added. Raises Error, and changes nothing, on a bad one.
+        given twice the last force holds; they are not added. Raises Error, and changes nothing, on a bad one and on a
+        point of a rigid body.
         """
         chosen = self._points(points)
         self._set_forces(chosen, _arrays.vectors(forces, "forces", len(chosen)))
@@ -478,7 +479,8 @@ class Simulation(_core.Simulation):
     def grab(self, point: int, target: ArrayLike, stiffness: float) -> Grab:
         """Pulls a point (of all points) by a spring, N/m, to a position, m, from the next step on.
 
-        The spring is damped critically against the mass of the point. Returns a Grab, to move and release it.
+        The spring is damped critically against the mass of the point. Returns a Grab, to move and release it. Raises
+        Error on a point of a rigid body.
         """
         return Grab(self, self._grab(point, _arrays.vector(target, "target"), stiffness))
 

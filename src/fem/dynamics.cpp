@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <string>
 #include <utility>
 
@@ -90,6 +91,19 @@ double largest_component(const Vec3& a) {
   return std::max({std::abs(a.x), std::abs(a.y), std::abs(a.z)});
 }
 
+/// The elements of each body, ascending.
+Rows elements_of_bodies(std::span<const Index> body_of_element, std::size_t bodies) {
+  Rows rows;
+  rows.begin.assign(bodies + 1, 0);
+  for (const Index body : body_of_element) ++at(rows.begin, body + 1);
+  std::partial_sum(rows.begin.begin(), rows.begin.end(), rows.begin.begin());
+  rows.values.resize(body_of_element.size());
+  std::vector<Index> next(rows.begin.begin(), rows.begin.end() - 1);
+  for (Index e = 0; e < std::ssize(body_of_element); ++e)
+    at(rows.values, at(next, at(body_of_element, e))++) = e;
+  return rows;
+}
+
 void check_solve(const SolveGoal& goal) {
   require(goal.tolerance >= 0.0, "tolerance", goal.tolerance, "a number >= 0");
   require(goal.max_iterations >= 0, "max_iterations", goal.max_iterations, "a number >= 0");
@@ -154,6 +168,9 @@ Dynamics::Dynamics(const Bodies& bodies, const Materials& materials, std::vector
   for (auto* vector : {&solution_, &right_side_, &free_right_side_, &base_velocities_, &rotation_velocities_,
                        &displacements_})
     vector->resize(points);
+  works_.resize(bodies_.size());
+  contact_losses_.resize(bodies_.size());
+  elements_of_body_ = elements_of_bodies(elements_.body_of_element(), bodies_.size());
   for (const std::uint8_t free : free_) held_axes_.push_back(free != 0 ? 0 : all_axes);
   mark_held_bodies();
 }
@@ -244,6 +261,7 @@ void Dynamics::begin_step(double time_step, const Vec3& gravity, const ExternalF
   refined_ = false;
   updates_ = {};
   begin_rotations(time_step);
+  begin_energies();
   set_loads(gravity, external_forces.all);
   linearise();
   set_initial_guess(time_step, gravity);
@@ -331,6 +349,7 @@ void Dynamics::end_step(const Joints& joints) {
   advance_inversion_clocks();
   elements_.flow(threads_, positions_, duration_, plastic_strains_next_);
   elements_.set_plastic_strains(plastic_strains_next_);
+  if (!second_order_) limit_energies(joints);
   second_order_ = false;
 }
 

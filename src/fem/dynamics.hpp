@@ -39,6 +39,7 @@ struct DynamicsState {
   std::vector<Vec3> past_positions;       ///< (n_points x 3), m, at the start of the previous step; or empty
   std::vector<Vec3> past_velocities;      ///< velocities then, m/s
   double past_duration = 0.0;             ///< length of the previous step, s
+  std::vector<double> contact_losses;     ///< (n_bodies) energy that contacts took and may give back, J
   std::vector<Vec3> second_order_multigrid_reference;  ///< as multigrid_reference, for steps of second order
   int second_order_multigrid_stale_iterations = 0;
 };
@@ -208,12 +209,14 @@ class Dynamics {
   struct Joints {
     std::span<const Coupling> couplings;
     std::span<const Vec3> forces;
-    std::size_t lasting = 0;  ///< the first ones are ties, which act from the start of the step on
+    std::size_t lasting = 0;            ///< the first ones are ties, which act from the start of the step on
+    std::span<const Coupling> driving;  ///< others, whose work is not known
   };
   /// Bodies with a rotated frame get the angular momentum that forces of joints lack: they acted at arms in
   /// the rotated bodies, while the momentum of centres counts arms from the start of the step. Without that,
-  /// bodies that are tied and rotate together are braked (BodyRotations::allowed_impulse).
-  void end_step(const Joints& joints = {{}, {}, 0});
+  /// bodies that are tied and rotate together are braked (BodyRotations::allowed_impulse). Contacts do not
+  /// drive such bodies (limit_energies()).
+  void end_step(const Joints& joints = {{}, {}, 0, {}});
 
   /// Lists the elements that holding_forces() visits. O(n_elements).
   void find_constrained_elements();
@@ -295,6 +298,14 @@ class Dynamics {
   void find_lost_impulses(const Joints& joints);
   [[nodiscard]] Vec3 impulse_by_deformation(Index body) const;
   void add_lost_impulses();
+  [[nodiscard]] bool has_energy_of_domains() const;
+  [[nodiscard]] double energy_of_element(Index element) const;
+  [[nodiscard]] double energy_of_body(std::size_t body) const;
+  [[nodiscard]] bool has_known_energy(std::size_t body) const;
+  void begin_energies();
+  void add_work(const Coupling& contact, const Vec3& force);
+  void limit_energies(const Joints& joints);
+  void limit_energy(std::size_t body);
   void find_frame_reactions();
   void add_joint_impulse(const Coupling& joint, const Vec3& force, bool lasts);
   [[nodiscard]] Vec3 frame_force(std::size_t point) const;
@@ -425,11 +436,21 @@ class Dynamics {
   std::vector<std::uint8_t> free_bodies_;     ///< (n_bodies) 1: no point is held; 2: and braked
   std::vector<std::uint8_t> turning_bodies_;  ///< free_bodies_ without prescribed points in this step
   bool has_stiffness_damping_ = false;
-  std::vector<Vec3> damping_changes_;           ///< (n_points) scratch of remove_damping_torque(), m/s
-  std::vector<double> nonlinear_stiffness_;     ///< (n_points) of a point at rest, by nonlinear tets, N/m
-  std::span<const Vec3> turning_forces_;        ///< ExternalForces::turning of the step
-  std::vector<Vec3> lost_impulses_;             ///< (n_bodies) scratch of end_step(), N m s
-  std::vector<Vec3> contact_impulses_;          ///< (n_bodies) those of contacts
+  std::vector<Vec3> damping_changes_;        ///< (n_points) scratch of remove_damping_torque(), m/s
+  std::vector<double> nonlinear_stiffness_;  ///< (n_points) of a point at rest, by nonlinear tets, N/m
+  std::span<const Vec3> turning_forces_;     ///< ExternalForces::turning of the step
+  std::vector<Vec3> lost_impulses_;          ///< (n_bodies) scratch of end_step(), N m s
+  std::vector<Vec3> contact_impulses_;       ///< (n_bodies) those of contacts
+  /// What changes the energy of a body in a step.
+  struct BodyWork {
+    bool is_known = false;    ///< but for contacts
+    bool is_touched = false;  ///< contacts act
+    double energy = 0.0;      ///< elastic and kinetic, at the start, J
+    double given = 0.0;       ///< by contacts, at most, J
+  };
+  std::vector<BodyWork> works_;                 ///< (n_bodies)
+  std::vector<double> contact_losses_;          ///< (n_bodies) DynamicsState::contact_losses
+  Rows elements_of_body_;                       ///< (n_bodies)
   std::vector<Vec3> frame_reactions_;           ///< (n_points) of the last step, N; or empty
   bool lists_constrained_ = false;              ///< find_constrained_elements() was called
   std::vector<std::uint8_t> nonlinear_points_;  ///< (n_points) 1: of such a body

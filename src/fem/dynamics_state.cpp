@@ -6,9 +6,8 @@
 #include "fem/check_length.hpp"
 #include "fem/dynamics.hpp"
 
-// The part of Dynamics that gets and sets its state, and computes its energies.
+// The part of Dynamics that gets and sets its state.
 namespace palpate::fem {
-namespace {}  // namespace
 
 void Dynamics::check_points(std::span<const Vec3> values, const char* name) {
   check_length(name, values.size(), masses_.size(), "point");
@@ -73,6 +72,7 @@ DynamicsState Dynamics::state() const {
           .past_positions = past_positions_,
           .past_velocities = past_velocities_,
           .past_duration = past_duration_,
+          .contact_losses = contact_losses_,
           .second_order_multigrid_reference = second_order_multigrid_.reference(),
           .second_order_multigrid_stale_iterations = second_order_multigrid_.stale_iterations()};
 }
@@ -94,6 +94,11 @@ void Dynamics::set_state(const DynamicsState& state) {
   if (state.past_positions.size() != state.past_velocities.size())
     check_length("past_velocities", state.past_velocities.size(), state.past_positions.size(), "point");
   check_optional(state.past_velocities, "past_velocities");
+  check_length("contact_losses", state.contact_losses.size(), bodies_.size(), "body");
+  for (const double loss : state.contact_losses) {
+    if (!(loss >= 0.0 && std::isfinite(loss)))
+      throw Error("dynamics", "contact_losses", "a value that is negative or not finite", "energies >= 0");
+  }
   set_inversion_clocks(state.inversion_clocks);  // nothing below throws
   std::ranges::copy(state.positions, positions_.begin());
   // Not set_velocities(): it would drop the velocities of prescribed points, which friction depends on.
@@ -110,26 +115,8 @@ void Dynamics::set_state(const DynamicsState& state) {
   past_positions_ = state.past_positions;
   past_velocities_ = state.past_velocities;
   past_duration_ = state.past_duration;
+  contact_losses_ = state.contact_losses;
   updated_ = false;
-}
-
-double Dynamics::kinetic_energy() {
-  return parallel::sum(threads_, masses_.size(), partial_, [&](std::size_t i) {
-    return system_.free()[i] != 0 ? 0.5 * masses_[i] * squared_length(velocities_[i]) : 0.0;
-  });
-}
-
-double Dynamics::elastic_energy() {
-  update_elements();
-  const bool apart = elements_.smoothing().is_viscous() || elements_.has_ambient();
-  const auto energy_of = [&](std::size_t e) {
-    const auto element = static_cast<Index>(e);
-    if (apart && elements_.is_smoothed(element)) return 0.0;
-    const bool has_more = elements_.viscosity().has(e) || elements_.has_ambient(element);
-    return has_more ? elements_.energy(element, positions_) : elements_.energy(element);
-  };
-  const double sum = parallel::sum(threads_, static_cast<std::size_t>(elements_.size()), partial_, energy_of);
-  return apart ? sum + elements_.smoothed_energy(threads_, partial_) : sum;
 }
 
 std::int64_t Dynamics::inverted_elements() {

@@ -22,7 +22,7 @@
 
 namespace palpate {
 
-inline constexpr Seal state_seal{.kind = "PALPSTAT", .version = 14};
+inline constexpr Seal state_seal{.kind = "PALPSTAT", .version = 15};
 
 /// Hashes (FNV-1a, 64 bits) of the model and settings of a state: a simulation accepts only states with its
 /// own fingerprint. Settings that do not affect results (structure, order, sort, cell size, threads) are left
@@ -129,7 +129,8 @@ void serialize(Archive& archive, fem::DynamicsState& s) {
   archive(s.positions, s.velocities, s.velocity_changes, s.plastic_strains, s.viscous_stresses,
           s.inversion_clocks, s.jacobi_iterations, s.jacobi_iterations_of_contacts, s.error_per_bound,
           s.multigrid_reference, s.multigrid_stale_iterations, s.past_positions, s.past_velocities,
-          s.past_duration, s.second_order_multigrid_reference, s.second_order_multigrid_stale_iterations);
+          s.past_duration, s.contact_losses, s.second_order_multigrid_reference,
+          s.second_order_multigrid_stale_iterations);
 }
 
 /// Describes states of contacts column by column, like the table.

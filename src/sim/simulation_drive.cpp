@@ -31,6 +31,19 @@ void check_values(const char* name, std::span<const Index> points, std::span<con
   }
 }
 
+/// Checks that a point, if it exists, is not of a rigid body.
+/// \param rigid  per body
+void check_deforms(const Bodies& bodies, std::span<const std::uint8_t> rigid, const char* name, Index point,
+                   const char* expected) {
+  if (point < 0 || point >= std::ssize(bodies.body_of_point())) return;
+  const Index body = at(bodies.body_of_point(), point);
+  if (at(rigid, body) == 0) return;
+  throw Error(
+      "simulation", name,
+      "point " + std::to_string(point) + " of the rigid body '" + at(bodies.bodies(), body).name + "'",
+      expected);
+}
+
 }  // namespace
 
 void Simulation::set_motion(Index number, Motion motion) {
@@ -52,9 +65,14 @@ void Simulation::move_to(Index number, const Keyframe& pose) {
 }
 
 void Simulation::set_force(Index point, const Vec3& force) {
-  state_->loads.set_forces(std::array{point}, std::array{force});
+  set_forces(std::array{point}, std::array{force});
 }
 void Simulation::set_forces(std::span<const Index> points, std::span<const Vec3> forces) {
+  for (std::size_t i = 0; i < std::min(points.size(), forces.size()); ++i) {
+    if (forces[i] == Vec3{}) continue;
+    check_deforms(state_->bodies, state_->holds.obstacles, "forces", points[i],
+                  "points of bodies that deform");
+  }
   state_->loads.set_forces(points, forces);
 }
 void Simulation::set_pressure(std::span<const Index> triangles, double pressure) {
@@ -72,12 +90,8 @@ void Simulation::set_positions(std::span<const Index> points, std::span<const Ve
       [&](Index p) { return !is_prescribed(p); }, ", which has a prescribed motion",
       "points that no motion moves");
   for (const Index p : points) {
-    const Index body = at(s.bodies.body_of_point(), p);
-    if (at(s.holds.obstacles, body) == 0) continue;
-    throw Error(
-        "simulation", "positions",
-        "point " + std::to_string(p) + " of the rigid body '" + at(s.bodies.bodies(), body).name + "'",
-        "points of bodies that deform, or a motion that moves the whole body");
+    check_deforms(s.bodies, s.holds.obstacles, "positions", p,
+                  "points of bodies that deform, or a motion that moves the whole body");
   }
   std::vector<Vec3> all(s.dynamics.positions().begin(), s.dynamics.positions().end());
   for (std::size_t i = 0; i < points.size(); ++i) at(all, points[i]) = positions[i];
@@ -115,6 +129,8 @@ void Simulation::set_velocities(std::span<const Index> points, std::span<const V
 }
 
 Index Simulation::grab(const Grab& grab) {
+  check_deforms(state_->bodies, state_->holds.obstacles, "grab", grab.point,
+                "a point of a body that deforms");
   return state_->grabs.add(grab);
 }
 void Simulation::move_grab(Index number, const Vec3& target) {

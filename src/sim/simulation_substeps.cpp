@@ -55,7 +55,7 @@ void Simulation::State::finish_substep() {
   collect_forces();
   grabs.collect_forces(std::span(couplings).first(grab_couplings), step_length(), dynamics.mean_velocities());
   dynamics.end_step({std::span(couplings).subspan(first_tie), std::span(step_forces.all()).subspan(first_tie),
-                     first_contact - first_tie});
+                     first_contact - first_tie, std::span(couplings).first(first_tie)});
   const std::span<const Vec3> lacking = dynamics.frame_reactions();
   for (std::size_t p = 0; records_reactions && p < lacking.size(); ++p)
     reactions[p] += fem::along(dynamics.held_axes()[p], lacking[p]);

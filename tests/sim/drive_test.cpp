@@ -1,4 +1,5 @@
 // Prescribed motions, attachments, forces and grabs. Oracles: Newton, and the formula of the motion.
+#include <array>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <string>
@@ -182,6 +183,33 @@ TEST(Grab, RefusesWhatIsNoGrab) {
               simulation.set_force(0, {INFINITY, 0, 0});
             }),
             "simulation: force: found a number that is not finite, expected three finite numbers");
+}
+
+/// A rigid body has a motion or stays: a force on it, or a grab, would do nothing.
+TEST(Drive, ForcesAndGrabsOfRigidBodiesAreRefused) {
+  Simulation simulation(block_on_plate({{}, {Keyframe{}}}), {}, 1);
+  const Index own = simulation.bodies().bodies()[1].points.begin;
+  const std::array<Index, 2> points{own, 0};
+  const auto message_of = [](auto&& call) -> std::string {
+    try {
+      call();
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(
+      message_of([&] {
+        simulation.set_forces(points, std::array{Vec3{0, 0, 9}, Vec3{0, 0, 1}});
+      }),
+      "simulation: forces: found point 0 of the rigid body 'plate', expected points of bodies that deform");
+  EXPECT_EQ(
+      message_of([&] { simulation.grab({.point = 0, .target = {}, .stiffness = 100.0}); }),
+      "simulation: grab: found point 0 of the rigid body 'plate', expected a point of a body that deforms");
+  EXPECT_TRUE(simulation.grabs().empty());
+  EXPECT_EQ(message_of([&] { simulation.set_forces(points, std::array{Vec3{}, Vec3{}}); }), "");
+  simulation.step();
+  EXPECT_LT(mean_velocity(simulation, 1).z, 0.0) << "the force of the call that failed is not set";
 }
 
 }  // namespace
