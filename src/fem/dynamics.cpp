@@ -169,6 +169,7 @@ Dynamics::Dynamics(const Bodies& bodies, const Materials& materials, std::vector
                        &displacements_})
     vector->resize(points);
   works_.resize(bodies_.size());
+  groups_.resize(bodies_.size());
   contact_losses_.resize(bodies_.size());
   elements_of_body_ = elements_of_bodies(elements_.body_of_element(), bodies_.size());
   for (const std::uint8_t free : free_) held_axes_.push_back(free != 0 ? 0 : all_axes);

@@ -304,8 +304,11 @@ class Dynamics {
   [[nodiscard]] bool has_known_energy(std::size_t body) const;
   void begin_energies();
   void add_work(const Coupling& contact, const Vec3& force);
+  [[nodiscard]] Index group_of(Index body) const;
   void limit_energies(const Joints& joints);
-  void limit_energy(std::size_t body);
+  void group_bodies();
+  void find_gain(std::size_t body);
+  void slow_down(std::size_t body, double factor);
   void find_frame_reactions();
   void add_joint_impulse(const Coupling& joint, const Vec3& force, bool lasts);
   [[nodiscard]] Vec3 frame_force(std::size_t point) const;
@@ -443,11 +446,26 @@ class Dynamics {
   std::vector<Vec3> contact_impulses_;       ///< (n_bodies) those of contacts
   /// What changes the energy of a body in a step.
   struct BodyWork {
-    bool is_known = false;    ///< but for contacts
-    bool is_touched = false;  ///< contacts act
-    double energy = 0.0;      ///< elastic and kinetic, at the start, J
-    double given = 0.0;       ///< by contacts, at most, J
+    Index group = -1;           ///< a body of the same group; at the end, the first one
+    bool is_known = false;      ///< but for contacts; false for bodies that are not free
+    bool is_supported = false;  ///< touches a body that is not free
+    double energy = 0.0;        ///< elastic and kinetic, at the start, J
+    double given = 0.0;         ///< by contacts, at most, J
+    double gained = 0.0;        ///< without a reason, J
+    double rotation = 0.0;      ///< kinetic energy of the rotation in a frame, J
   };
+  /// Free bodies that touch each other.
+  struct BodyGroup {
+    int bodies = 0;
+    bool is_known = true;  ///< of all bodies
+    bool is_supported = false;
+    bool rotates = false;   ///< a body has a frame
+    double gained = 0.0;    ///< beyond what contacts took before, J
+    double rotation = 0.0;  ///< J
+    [[nodiscard]] bool is_limited() const { return is_known && is_supported && rotates; }
+  };
+  BodyGroup& group_with(std::size_t body) { return at(groups_, works_[body].group); }
+  std::vector<BodyGroup> groups_;               ///< (n_bodies) by their first body
   std::vector<BodyWork> works_;                 ///< (n_bodies)
   std::vector<double> contact_losses_;          ///< (n_bodies) DynamicsState::contact_losses
   Rows elements_of_body_;                       ///< (n_bodies)

@@ -66,50 +66,62 @@ void Dynamics::begin_energies() {
   if (second_order_) return;
   update_elements();
   parallel::for_each(threads_, bodies_.size(), 1, [&](std::size_t body) {
-    works_[body] = {.is_known = has_known_energy(body)};
+    works_[body] = {.group = static_cast<Index>(body), .is_known = has_known_energy(body)};
     if (works_[body].is_known) works_[body].energy = energy_of_body(body);
   });
 }
 
-/// Adds what a contact gives to its two bodies at most: to each, the work of the force as far as the other
-/// body moves, and the energy that the contact had stored. The potential of a contact is convex, so that is
-/// at least the force at the end of the step times the way that it goes, and for a linear law the mean force.
+/// The first body of the group of a free body.
+Index Dynamics::group_of(Index body) const {
+  while (at(works_, body).group != body) body = at(works_, body).group;
+  return body;
+}
+
+/// Adds what a contact gives to free bodies at most: the work of its force as far as a body that is not free
+/// moves, and the energy that the contact had stored. The potential of a contact is convex, so that is at
+/// least the force at the end of the step times its path, and for a linear law the mean force.
 void Dynamics::add_work(const Coupling& contact, const Vec3& force) {
   if (force == Vec3{}) return;
   const Index first = at(body_of_point_, contact.points[0]);
   Index second = first;
-  std::array<Vec3, 2> ways{};
+  std::array<Vec3, 2> paths{};
   for (std::size_t i = 0; i < contact.points.size(); ++i) {
     const Index p = contact.points[i];
     if (p < 0) continue;
     const bool is_first = at(body_of_point_, p) == first;
     if (!is_first) second = at(body_of_point_, p);
-    ways[is_first ? 0 : 1] += contact.coefficients[i] * (at(positions_, p) - at(end_positions_, p));
+    paths[is_first ? 0 : 1] += contact.coefficients[i] * (at(positions_, p) - at(end_positions_, p));
   }
-  const Vec3 way = ways[0] + ways[1];
-  const double at_end = dot(force, way);
+  const std::array<bool, 2> free{at(turning_bodies_, first) != 0, at(turning_bodies_, second) != 0};
+  if (!free[0] && !free[1]) return;
+  const Vec3 path = paths[0] + paths[1];
+  const double at_end = dot(force, path);
   const bool pushed = dot(force, contact.force) > 0.0;  // from the start of the step on
-  const double stored = std::max({0.0, at_end, pushed ? 0.5 * (at_end + dot(contact.force, way)) : 0.0});
-  at(works_, first).given += stored;
-  at(works_, first).is_touched = true;
-  if (second == first) return;
-  at(works_, first).given -= dot(force, ways[1]);
-  at(works_, second).given += stored - dot(force, ways[0]);
-  at(works_, second).is_touched = true;
-  if (at(turning_bodies_, first) != 0 && at(turning_bodies_, second) != 0)
-    at(works_, first).is_known = at(works_, second).is_known = false;
+  BodyWork& work = at(works_, free[0] ? first : second);
+  work.given += std::max({0.0, at_end, pushed ? 0.5 * (at_end + dot(contact.force, path)) : 0.0});
+  if (free[0] && free[1]) {
+    const Index a = group_of(first);
+    const Index b = group_of(second);
+    at(works_, std::max(a, b)).group = std::min(a, b);
+  } else {
+    work.given -= dot(force, paths[free[0] ? 1 : 0]);
+    work.is_supported = true;
+  }
 }
 
 /// Contacts of a body in a rotated frame may drive it: they act at the end of the step, on points that have
-/// passed the lowest place and rise, and at arms that the step changes. Of a body whose energy has grown
-/// without a reason, the rotation is slowed down so far that it has not. Errors of single steps have both
-/// signs, so what contacts took in the last steps may come back.
+/// passed the lowest place and rise, and at arms that the step changes. Where the energy of free bodies that
+/// touch each other has grown without a reason, their rotations are slowed down so far that it has not.
+/// Errors of single steps have both signs, so what contacts took in the last steps may come back.
+///
+/// Only of bodies that touch, maybe by others, a body that is not free: without that, their angular momentum
+/// stays.
 ///
 /// Call at the end of a step, when end_positions_ are those of its start.
 void Dynamics::limit_energies(const Joints& joints) {
-  constexpr double remembered = 0.9;  // of a loss, after a step
+  constexpr double kept = 0.9;  // of a loss, after a step
   constexpr double none = 1e-300;
-  for (double& loss : contact_losses_) loss = loss > none ? remembered * loss : 0.0;
+  for (double& loss : contact_losses_) loss = loss > none ? kept * loss : 0.0;
   if (!rotations_.any()) return;
   for (std::size_t k = joints.lasting; k < joints.couplings.size(); ++k)
     add_work(joints.couplings[k], joints.forces[k]);
@@ -119,33 +131,62 @@ void Dynamics::limit_energies(const Joints& joints) {
         if (p >= 0) at(works_, at(body_of_point_, p)).is_known = false;
     }
   }
-  const auto is_limited = [&](std::size_t body) {
-    return works_[body].is_known && works_[body].is_touched && rotations_.has_frame(static_cast<Index>(body));
-  };
-  bool any = false;
-  for (std::size_t body = 0; body < bodies_.size(); ++body) any = any || is_limited(body);
-  if (!any) return;
+  group_bodies();
+  if (std::ranges::none_of(groups_, &BodyGroup::is_limited)) return;
   update_elements();
   parallel::for_each(threads_, bodies_.size(), 1, [&](std::size_t body) {
-    if (is_limited(body)) limit_energy(body);
+    if (group_with(body).is_limited()) find_gain(body);
+  });
+  for (std::size_t body = 0; body < bodies_.size(); ++body) {
+    BodyGroup& group = group_with(body);
+    group.gained += works_[body].gained - contact_losses_[body];
+    group.rotation += works_[body].rotation;
+  }
+  parallel::for_each(threads_, bodies_.size(), 1, [&](std::size_t body) {
+    const BodyGroup& group = group_with(body);
+    if (!group.is_limited()) return;
+    contact_losses_[body] = std::max(0.0, -group.gained / static_cast<double>(group.bodies));
+    if (group.gained > 0.0 && works_[body].rotation > 0.0)
+      slow_down(body, std::sqrt(std::max(0.0, 1.0 - group.gained / group.rotation)));
   });
 }
 
-void Dynamics::limit_energy(std::size_t body) {
+/// Finds the groups of free bodies that touch each other.
+void Dynamics::group_bodies() {
+  groups_.assign(bodies_.size(), {});
+  for (Index body = 0; body < std::ssize(bodies_); ++body) {
+    BodyWork& work = at(works_, body);
+    work.group = group_of(body);
+    BodyGroup& group = at(groups_, work.group);
+    ++group.bodies;
+    group.is_known = group.is_known && work.is_known;
+    group.is_supported = group.is_supported || work.is_supported;
+    group.rotates = group.rotates || rotations_.has_frame(body);
+  }
+}
+
+/// Finds how far the energy of a body has grown beyond what it was given, and the energy of its rotation if
+/// it has a frame.
+void Dynamics::find_gain(std::size_t body) {
   const Range points = bodies_[body].points;
-  double given = works_[body].given;
+  BodyWork& work = works_[body];
+  double given = work.given;
   for (Index i = points.begin; i < points.end; ++i)
     given += dot(at(loads_, i), at(positions_, i) - at(end_positions_, i));
-  const double gained = energy_of_body(body) - works_[body].energy - given - contact_losses_[body];
-  contact_losses_[body] = std::max(0.0, -gained);
-  if (!(gained > 0.0)) return;
+  work.gained = energy_of_body(body) - work.energy - given;
+  if (!rotations_.has_frame(static_cast<Index>(body))) return;
   const RigidMotion motion = rigid_motion(points, masses_, positions_, velocities_);
-  const Vec3 angular_velocity = motion.angular_velocity();
-  const double energy = 0.5 * dot(motion.momentum, angular_velocity);
-  if (!(energy > 0.0)) return;
-  const double kept = std::sqrt(std::max(0.0, 1.0 - gained / energy));
+  const double energy = 0.5 * dot(motion.momentum, motion.angular_velocity());
+  work.rotation = energy > 0.0 ? energy : 0.0;
+}
+
+/// Multiplies the angular velocity of a body.
+void Dynamics::slow_down(std::size_t body, double factor) {
+  const Range points = bodies_[body].points;
+  const RigidMotion motion = rigid_motion(points, masses_, positions_, velocities_);
+  const Vec3 less = (1.0 - factor) * motion.angular_velocity();
   for (Index i = points.begin; i < points.end; ++i)
-    at(velocities_, i) -= (1.0 - kept) * cross(angular_velocity, at(positions_, i) - motion.center);
+    at(velocities_, i) -= cross(less, at(positions_, i) - motion.center);
 }
 
 }  // namespace palpate::fem

@@ -106,8 +106,9 @@ TEST(CheckpointOf, StressThatRelaxesIsInIt) {
 TEST(CheckpointOf, LoadsGrabsAndTheirForcesAreInIt) {
   const Scene scene = example("grab");
   const auto begin = [&](Simulation& simulation) {
-    simulation.set_force(3, {0.0, 0.1, 0.0});
-    const Index number = simulation.grab({.point = 5, .target = {0.1, 0.0, 0.3}, .stiffness = 40.0});
+    const Index tissue = simulation.bodies().bodies().back().points.begin;
+    simulation.set_force(tissue + 3, {0.0, 0.1, 0.0});
+    const Index number = simulation.grab({.point = tissue + 5, .target = {0.1, 0.0, 0.3}, .stiffness = 40.0});
     run_steps(simulation, 10);
     return number;
   };
