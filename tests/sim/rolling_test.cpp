@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <gtest/gtest.h>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <palpate/simulation.hpp>
@@ -30,7 +31,7 @@ Simulation ball_on_floor(const Ball& ball, double friction, double time_step) {
   for (Vec3& p : mesh.points) p = rotated(p, {1, 2, 3}, 0.7) + centre;
   const Vec3 velocity = (ball.speed / length({1.0, 0.2, 0.0})) * Vec3{1.0, 0.2, 0.0};
   const Vec3 spin = (ball.rolls ? 1.0 / radius : 0.0) * Vec3{-velocity.y, velocity.x, 0.0};
-  for (const Vec3& p : model.bodies.points_rest()) model.velocities.push_back(0.0 * p);
+  model.velocities.resize(model.bodies.points_rest().size());
   for (const Vec3& p : mesh.points) model.velocities.push_back(velocity + cross(spin, p - centre));
   model.bodies.add("ball", std::move(mesh));
   model.materials = {Material{}, ball.material};
@@ -87,6 +88,20 @@ TEST(Rolling, IsBrakedInLongStepsAsInShortOnes) {
   const double kept = energies(ball_on_floor({}, 0.3, 0.005), 1.0).back();
   for (const double time_step : {0.01, 0.02, 0.03})
     EXPECT_NEAR(energies(ball_on_floor({}, 0.3, time_step), 1.0).back(), kept, kept / 3.0) << time_step;
+}
+
+/// A saved state has what contacts took before, since it may come back.
+TEST(Rolling, ContinuesFromASavedStateWithTheSameBits) {
+  Simulation whole = ball_on_floor({}, 0.3, 0.03);
+  for (int part = 0; part < 5; ++part) {
+    Simulation resumed = ball_on_floor({}, 0.3, 0.03);
+    resumed.restore(whole.save());
+    for (int i = 0; i < 5; ++i) {
+      whole.step();
+      resumed.step();
+      ASSERT_EQ(resumed.save(), whole.save()) << "step " << whole.metrics().step;
+    }
+  }
 }
 
 }  // namespace
