@@ -18,6 +18,10 @@ namespace {
 constexpr double points_fraction = 0.75;
 /// Fraction of the time that is planned, since forecasts are inexact.
 constexpr double planned_fraction = 0.8;
+/// Fraction of the time after the grid's update that the query of points gets in any case. Otherwise a
+/// forecast that is too high could leave it no time, and without contacts the forecast would never be
+/// corrected.
+constexpr double least_points_fraction = 0.25;
 /// Fraction of the time after which depths are not refined further.
 constexpr double refining_fraction = 0.9;
 /// Part of that time up to which edges are searched in any case, even if depths take longer than the rest.
@@ -98,12 +102,15 @@ void DetectionBudget::begin(double fraction) {
       edges_deadline_ =
           Deadline::after_seconds(std::max(refined - depths_.high(), least_edges_fraction * refined));
     }
-    allowance_->keep_back(later_phases_.fixed(), later_phases_.each() * spared_fraction);
   }
 }
 
 std::optional<WorkLimit> DetectionBudget::points_limit() {
   if (!allowance_) return std::nullopt;
+  if (allowance_->timed()) {
+    const double most = (1.0 - least_points_fraction) * allowance_->seconds_left(1.0);
+    allowance_->keep_back(std::min(later_phases_.fixed(), most), later_phases_.each() * spared_fraction);
+  }
   return WorkLimit{*allowance_, budget_.region};
 }
 
@@ -134,13 +141,6 @@ std::size_t DetectionBudget::recomputed_contacts_limit(std::size_t contacts) con
 }
 
 void DetectionBudget::end(const DetectionTimes& times, std::size_t spared, DetectionCounts& counts) {
-  const double after = times.contacts - points_seconds_ + times.border_edges + times.crossings + times.depth;
-  // An interrupted detection must not look cheap, or the next one would plan too much. A sample without
-  // contacts has no information on their cost.
-  if (counts.contacts > 0) {
-    later_phases_.add(work_of(counts.contacts, spared),
-                      refining_.passed() || late_edges_ > 0 ? unrefined_factor * after : after);
-  }
   depths_.add(times.depth);
   counts.late_clusters = late_edges_;
   counts.completeness = 1.0;
@@ -152,6 +152,14 @@ void DetectionBudget::end(const DetectionTimes& times, std::size_t spared, Detec
   if (all > 0)
     counts.completeness = static_cast<double>(all - counts.late_clusters) / static_cast<double>(all);
   begun_ = true;
+  const double after = times.contacts - points_seconds_ + times.border_edges + times.crossings + times.depth;
+  // An interrupted detection must not look cheap, or the next one would plan too much. A sample without
+  // contacts has no information on their cost. But where clusters wait, it corrects a fixed cost that is too
+  // high.
+  if (counts.contacts > 0 || counts.late_clusters > late_edges_) {
+    later_phases_.add(work_of(counts.contacts, spared),
+                      refining_.passed() || late_edges_ > 0 ? unrefined_factor * after : after);
+  }
   if (counts.completeness < 1.0) return;
   shortest_detection_.add(
       (times.grid + points_seconds_ + later_phases_.usual(work_of(counts.contacts, counts.contacts))) /

@@ -31,7 +31,7 @@ class DetectionBudget {
   /// Call at the start of a detection that may spend `fraction` of the budget. A time limit does not apply to
   /// the first detection, whose cost is unknown.
   void begin(double fraction);
-  /// The limit of the query of points.
+  /// The limit of the query of points, from now on.
   [[nodiscard]] std::optional<WorkLimit> points_limit();
   [[nodiscard]] const std::optional<InterestRegion>& region() const { return budget_.region; }
   /// Call after the query of points in tets, before that of border edges.

@@ -43,7 +43,7 @@ struct SolveGoal {
   /// \param change  LinearSystem::rigid_change() of the residual
   /// \param unit    norm of the solution
   [[nodiscard]] bool allows_rigid_change(double change, double unit) const {
-    constexpr double of_contacts = 10.0;
+    constexpr double of_contacts = 30.0;
     return !of_solution || change <= of_contacts * tolerance * unit;
   }
 };
@@ -125,7 +125,7 @@ class ConjugateGradients {
         false;  ///< the true residual is close to the recurrence, so directions stay conjugate
     bool exact_products = false;  ///< products in double
     bool stiff = false;           ///< LinearSystem::needs_exact_products()
-    double rigid_change = 0.0;    ///< LinearSystem::rigid_change() of the true residual, if stiff
+    double rigid_change = 0.0;    ///< LinearSystem::rigid_change() of the true residual
     simd::VectorSums sums{};      ///< of the float vectors
 
     [[nodiscard]] double residual_unit() const { return std::max(size_b, goal.least_residual); }
@@ -143,6 +143,7 @@ class ConjugateGradients {
   double start(Run& run);
   static bool diverges(const Run& run);
   bool is_worse_than_zero(const Run& run);
+  void find_rigid_change(Run& run);
   void find_residual(Run& run);
   void load(Run& run);
   void flush(Run& run);

@@ -277,7 +277,10 @@ SolveReport ContactSolver::solve(const parallel::Threads& threads, const Contact
       estimate_error(run);
       // The true residual may be slightly above the goal although the float residual was below it.
       const bool done = near && (fixed || (run.reached() && run.rigid_part_is_small()));
-      if (!run.rigid_part_is_small()) begin_estimates(run);  // they were wrong
+      if (!run.rigid_part_is_small()) {
+        begin_estimates(run);  // they were wrong
+        --run.residual_checks;
+      }
       if (done || run.residual_checks >= most_checks || run.steps >= most) break;
     }
     if (!fixed) reduced_.set_most_swept(most_in_sweeps(run.stiff, 3 * run.steps / most));

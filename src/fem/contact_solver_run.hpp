@@ -37,7 +37,7 @@ struct ContactSolver::Run {
   bool broken = false;         ///< the last direction was linearly dependent
   bool exact_products = false;
   bool stiff = false;         ///< LinearSystem::needs_exact_products()
-  double rigid_change = 0.0;  ///< LinearSystem::rigid_change() of the true residual, if stiff
+  double rigid_change = 0.0;  ///< LinearSystem::rigid_change() of the true residual
 
   [[nodiscard]] std::span<Coupling> contacts() const {
     return problem.couplings.subspan(problem.couplings.size() - problem.laws.size());

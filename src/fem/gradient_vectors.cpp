@@ -15,11 +15,17 @@ simd::Padded3 minus(const simd::Padded3& a, const simd::Padded3& b) {
 
 }  // namespace
 
+/// Sets the rigid part of the true residual.
+void ConjugateGradients::find_rigid_change(Run& run) {
+  if (run.goal.fixed_iterations > 0 || run.positions.empty()) return;
+  run.rigid_change = run.system.rigid_change(run.threads, residual_, run.positions);
+}
+
 void ConjugateGradients::find_residual(Run& run) {
   run.system.multiply_exactly(run.threads, run.x, product_);
   parallel::for_each(run.threads, run.b.size(), point_grain,
                      [&](std::size_t i) { residual_[i] = minus(run.b[i], product_[i]); });
-  if (run.stiff) run.rigid_change = run.system.rigid_change(residual_, run.positions);
+  find_rigid_change(run);
 }
 
 /// residual = b - A x for the guess x, or for x = 0 if that is better. Returns |b|; if that is 0, sets x = 0.
@@ -35,7 +41,7 @@ double ConjugateGradients::start(Run& run) {
                                          [&](std::size_t i) { return dot(run.x[i], run.x[i]); });
   if (squared_x == 0.0) {  // no initial guess: the product is zero
     std::copy(run.b.begin(), run.b.end(), residual_.begin());
-    if (run.stiff) run.rigid_change = run.system.rigid_change(residual_, run.positions);
+    find_rigid_change(run);
     return std::sqrt(squared_b);
   }
   find_residual(run);
@@ -46,7 +52,7 @@ double ConjugateGradients::start(Run& run) {
   if (!(gain >= 0.0)) {
     std::fill(run.x.begin(), run.x.end(), simd::Padded3{});
     std::copy(run.b.begin(), run.b.end(), residual_.begin());
-    if (run.stiff) run.rigid_change = run.system.rigid_change(residual_, run.positions);
+    find_rigid_change(run);
   }
   return std::sqrt(squared_b);
 }

@@ -6,6 +6,7 @@
 
 #include "fem/grains.hpp"
 #include "fem/matrix.hpp"
+#include "fem/padded_vectors.hpp"
 #include "geometry/vector.hpp"
 
 namespace palpate::fem {
@@ -21,7 +22,12 @@ LinearSystem::LinearSystem(const BlockMatrix& blocks, CouplingSystem& couplings,
       partial_(parallel::chunk_count(blocks.slice_count(), slice_grain)) {
   for (std::size_t i = 0; i < free_.size(); ++i) {
     if (blocks.elements_of_point()[static_cast<Index>(i)].empty()) body_of_point_[i] = -1;
+    if (body_of_point_[i] < 0) continue;
+    if (bodies_.empty() || body_of_point_[bodies_.back().begin] != body_of_point_[i])
+      bodies_.push_back({.begin = i});
+    bodies_.back().end = i + 1;
   }
+  changes_.resize(bodies_.size());
 }
 
 bool LinearSystem::needs_exact_products(const parallel::Threads& threads) {
@@ -44,38 +50,51 @@ bool LinearSystem::needs_exact_products(const parallel::Threads& threads) {
   return std::ranges::find(partial_, 1.0) != partial_.end();
 }
 
-double LinearSystem::rigid_change(std::span<const simd::Padded3> residual,
-                                  std::span<const Vec3> positions) const {
+/// The part of one body in rigid_change().
+LinearSystem::RigidChange LinearSystem::rigid_change(const PointRange& points,
+                                                     std::span<const simd::Padded3> residual,
+                                                     std::span<const Vec3> positions) const {
   const auto masses = blocks_->diagonal();
-  double sum = 0.0;
-  for (std::size_t begin = 0; begin < body_of_point_.size();) {
-    std::size_t end = begin;
-    bool is_free = true;
-    double mass = 0.0;
-    Vec3 center;
-    for (; end < body_of_point_.size() && body_of_point_[end] == body_of_point_[begin]; ++end) {
-      is_free = is_free && free_[end] != 0;
-      mass += masses[end];
-      center += masses[end] * positions[end];
-    }
-    if (is_free) {
-      center = (1.0 / mass) * center;
-      Vec3 force;
-      Vec3 torque;
-      Matrix3 inertia;
-      for (std::size_t i = begin; i < end; ++i) {
-        const Vec3 r{residual[i].x, residual[i].y, residual[i].z};
-        const Vec3 arm = positions[i] - center;
-        force += r;
-        torque += cross(arm, r);
-        add_outer(inertia, -masses[i], arm, arm);
-        for (int k = 0; k < 3; ++k) inertia(k, k) += masses[i] * squared_length(arm);
-      }
-      sum += squared_length(force) / mass + std::max(0.0, dot(torque, inverse(inertia) * torque));
-    }
-    begin = end;
+  bool is_free = true;
+  RigidChange change;
+  Vec3 center;
+  for (std::size_t i = points.begin; i < points.end; ++i) {
+    if (body_of_point_[i] < 0) continue;
+    is_free = is_free && free_[i] != 0;
+    if (free_[i] == 0) continue;
+    change.mass += masses[i];
+    center += masses[i] * positions[i];
   }
-  return std::sqrt(sum);
+  if (!is_free) return change;
+  center = (1.0 / change.mass) * center;
+  Vec3 force;
+  Vec3 torque;
+  Matrix3 inertia;
+  for (std::size_t i = points.begin; i < points.end; ++i) {
+    if (body_of_point_[i] < 0) continue;
+    const Vec3 r = unpadded(residual[i]);
+    const Vec3 arm = positions[i] - center;
+    force += r;
+    torque += cross(arm, r);
+    add_outer(inertia, -masses[i], arm, arm);
+    for (int k = 0; k < 3; ++k) inertia(k, k) += masses[i] * squared_length(arm);
+  }
+  change.squared_velocity =
+      (squared_length(force) / change.mass + std::max(0.0, dot(torque, inverse(inertia) * torque))) /
+      change.mass;
+  return change;
+}
+
+double LinearSystem::rigid_change(const parallel::Threads& threads, std::span<const simd::Padded3> residual,
+                                  std::span<const Vec3> positions) {
+  parallel::for_each(threads, bodies_.size(), 1,
+                     [&](std::size_t b) { changes_[b] = rigid_change(bodies_[b], residual, positions); });
+  RigidChange whole;
+  for (const RigidChange& change : changes_) {
+    whole.mass += change.mass;
+    whole.squared_velocity = std::max(whole.squared_velocity, change.squared_velocity);
+  }
+  return std::sqrt(whole.mass * whole.squared_velocity);
 }
 
 void LinearSystem::update_preconditioner(const parallel::Threads& threads) {

@@ -38,11 +38,13 @@ class LinearSystem {
   /// masses. O(n_points).
   [[nodiscard]] bool needs_exact_products(const parallel::Threads& threads);
 
-  /// Norm, by mass, of the change of velocity that a residual would give to the bodies if they were rigid and
-  /// free. Without couplings, this is the rigid part of the error. Bodies with points that are not free are
-  /// left out. In double, so that elastic forces, which add up to zero, have no effect. O(n_points), serial.
-  [[nodiscard]] double rigid_change(std::span<const simd::Padded3> residual,
-                                    std::span<const Vec3> positions) const;
+  /// Largest change of velocity that a residual would give to a body if it were rigid and free: its root mean
+  /// square by mass, times the root of the mass of all free points, so that it compares with norms by mass.
+  /// Without couplings, this is the rigid part of the error of that body. Bodies with points that are not
+  /// free are left out. In double, so that elastic forces, which add up to zero, have no effect. O(n_points),
+  /// parallel over bodies.
+  [[nodiscard]] double rigid_change(const parallel::Threads& threads, std::span<const simd::Padded3> residual,
+                                    std::span<const Vec3> positions);
 
   /// Copies the couplings and inverts the diagonal blocks of A as they are now. O(n_points).
   void update_preconditioner(const parallel::Threads& threads);
@@ -64,6 +66,16 @@ class LinearSystem {
   [[nodiscard]] std::span<const float> inverse_diagonal() const { return inverse_diagonal_; }
 
  private:
+  struct PointRange {
+    std::size_t begin = 0;
+    std::size_t end = 0;
+  };
+  struct RigidChange {
+    double mass = 0.0;              ///< of the free points
+    double squared_velocity = 0.0;  ///< mean by mass
+  };
+  [[nodiscard]] RigidChange rigid_change(const PointRange& points, std::span<const simd::Padded3> residual,
+                                         std::span<const Vec3> positions) const;
   template <class OfPoint>
   void add_blocks(const parallel::Threads& threads, std::span<const simd::Padded3> x,
                   std::span<simd::Padded3> y, OfPoint&& of_point);
@@ -72,6 +84,8 @@ class LinearSystem {
   CouplingSystem* couplings_;
   std::vector<std::uint8_t> free_;
   std::vector<Index> body_of_point_;  ///< -1: no element
+  std::vector<PointRange> bodies_;    ///< those that have elements
+  std::vector<RigidChange> changes_;  ///< of each of them, scratch
   simd::AlignedVector<float> inverse_masses_;
   simd::AlignedVector<float> diagonal_;  ///< diagonal blocks with couplings
   simd::AlignedVector<float> inverse_diagonal_;

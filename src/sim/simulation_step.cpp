@@ -161,6 +161,7 @@ Simulation::State::Solution Simulation::State::solve_with_speculative_contacts(c
   const auto known = std::ssize(response.laws());
   bool settled = last.speculative_contacts == 0;  // no new contacts are expected
   int rotations = 0;                              // of frames, since the last new contacts
+  bool searches_again = true;
   double tolerance = settings.solver.tolerance;
   Solution solution;
   while (true) {
@@ -173,7 +174,7 @@ Simulation::State::Solution Simulation::State::solve_with_speculative_contacts(c
       rotated = false;
     }
     metrics.solver_seconds += watch.lap();
-    const bool searches_again = can_predict() && solves_again;
+    searches_again = can_predict() && solves_again;
     if (rotated && (settled || !searches_again)) {
       ++rotations;
       loose = false;
@@ -210,9 +211,9 @@ Simulation::State::Solution Simulation::State::solve_with_speculative_contacts(c
     loose = met > many && !fixed;
     steady = steady && solved;
   }
-  // This detection had only half of the remaining time, so it may have missed contacts that matter in the
-  // next step.
-  if (!progress.complete && spends_time()) {
+  // A detection that had only half of the remaining time may have missed contacts that matter in the next
+  // step. After one that had all of it, there is no time left, and another one would find less.
+  if (searches_again && !progress.complete && spends_time()) {
     detect(dynamics.end_positions(), true);
     ++metrics.detections;
   }

@@ -17,6 +17,7 @@
 #include "contact/depth.hpp"
 #include "contact/detection_budget.hpp"
 #include "geometry/vector.hpp"
+#include "mesh/clusters.hpp"
 #include "support/meshes.hpp"
 
 namespace palpate {
@@ -365,6 +366,31 @@ TEST(DetectionBudget, SomeAreAlwaysFoundAnew) {
   for (const std::size_t contacts : {1U, 10U, 31U, 32U})
     EXPECT_EQ(budget.recomputed_contacts_limit(contacts), 1U);
   EXPECT_EQ(budget.recomputed_contacts_limit(1000), 32U);
+}
+
+TEST(DetectionBudget, AForecastThatIsTooHighLeavesTimeForPointsAndIsCorrected) {
+  DetectionSettings settings;
+  settings.budget = Budget{.milliseconds = 1e6};  // so long that this test takes nothing of it
+  const Bodies bodies = three_balls();
+  const Clusters clusters = make_tet_clusters(bodies);
+  ClusterQueue tets(clusters.clusters.size());
+  ClusterQueue triangles(0);
+  DetectionBudget budget(settings, 3, tets, triangles);
+  DetectionCounts counts;
+  counts.contacts = 10;
+  budget.begin(1.0);
+  budget.end({.depth = 1e4}, 0, counts);
+  counts.contacts = 0;
+  constexpr int samples = 33;  // more than the forecast has
+  for (int i = 0; i < samples; ++i) {
+    budget.begin(1.0);
+    EXPECT_TRUE(budget.points_limit()->allowance.time_left(0.99)) << i;
+    tets.arrange(clusters, bodies.points_rest(), std::nullopt, [](const Cluster&) { return true; });
+    budget.end({.crossings = 1.0}, 0, counts);
+    EXPECT_EQ(counts.late_clusters, clusters.clusters.size());
+  }
+  budget.begin(1.0);
+  EXPECT_TRUE(budget.points_limit()->allowance.time_left(0.1)) << "nothing in the last detections took long";
 }
 
 TEST(CostLine, FindsTheLineThatWorkLiesOn) {

@@ -273,6 +273,19 @@ TEST(Simulation, RefusesBadSettings) {
 
 /// A body that forces rotate by 30 degrees in the step needs several solves. With a lower limit the step does
 /// not count as converged.
+/// A second detection, in the time that the first one has left, would find less, and replace it.
+TEST(Simulation, WithoutTimeToPredictAStepDetectsOnce) {
+  Scene scene = small_stack();
+  scene.settings.detection.budget = Budget{.milliseconds = 1e-3};
+  Simulation simulation = simulate(scene, 1);
+  simulation.step();  // the first detection is not limited
+  for (int step = 0; step < 10; ++step) {
+    EXPECT_LT(simulation.step().detection.completeness, 1.0);
+    EXPECT_FALSE(simulation.metrics().looks_ahead);
+    EXPECT_EQ(simulation.metrics().detections, 1);
+  }
+}
+
 TEST(Simulation, MaxSolvesBoundsThoseOfABodyThatTurns) {
   const auto step_of = [](int max_solves) {
     Model model;
