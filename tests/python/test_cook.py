@@ -71,7 +71,7 @@ def membrane(nu, n, **options):
     # Masses hardly count in a step of 10 s. Multigrid's estimate of the error does not hold near nu = 0.5 in such steps.
     solver = {"tolerance": 1e-6, "max_iterations": 20000, "preconditioner": "jacobi"}
     simulation = palpate.Simulation(model, gravity=(0.0, 0.0, 0.0), time_step=10.0, solver=solver)
-    for _ in range(3):
+    for _ in range(2):
         simulation.step()
     return points, cells, simulation
 
