@@ -12,7 +12,7 @@ namespace palpate {
 namespace {
 
 /// Angle of a body in a substep from which on it is divided, rad. In larger ones, soft bodies gain energy.
-constexpr double most_rotation = 0.4;
+constexpr double most_rotation = 0.7;
 
 /// Adds the work of an attempt at a substep, which may have failed.
 void add_work(const StepMetrics& of, StepMetrics& sum) {
