@@ -192,7 +192,7 @@ class Simulation(_core.Simulation):
         progress: shows a bar of tqdm.
 
         Warns with NotConverged where steps did not converge (steps_not_converged counts them), and with a
-        RuntimeWarning where something may have gone through a body (metrics.passes).
+        RuntimeWarning where something may have gone through a body (steps_too_far).
         Ctrl-C ends it after the current step, with KeyboardInterrupt; the simulation is at the end of that step. Raises
         Error if the simulation blows up; its state is then that of the last good step.
         """
@@ -203,13 +203,12 @@ class Simulation(_core.Simulation):
         if wanted < 0:
             raise Error("Simulation.run", "steps", str(wanted), "0 or more")
         done = 0
-        passed = 0
         before = self.steps_not_converged
+        too_far = self.steps_too_far
         with bar(progress, wanted, "step") as shown:
             while done < wanted and not (until_rest and self.at_rest) and not (staged and self.stages_done):
                 self.step()
                 done += 1
-                passed += self.metrics.passes > 0
                 shown.update()
                 if callback is not None and _is_true(callback(self)):
                     break
@@ -220,10 +219,10 @@ class Simulation(_core.Simulation):
                 RuntimeWarning,
                 stacklevel=2,
             )
-        if passed:
+        if passed := self.steps_too_far - too_far:
+            cure = "" if self._searches_all_passes() else ', or contact={"continuous": "full"}'
             warnings.warn(
-                f"in {passed} of {done} steps something may have gone through a body: take a smaller time_step, or "
-                'contact={"continuous": "full"}',
+                f"in {passed} of {done} steps something may have gone through a body: take a smaller time_step{cure}",
                 RuntimeWarning,
                 stacklevel=2,
             )

@@ -162,6 +162,9 @@ void bind_simulation(nb::module_& m) {
           "Warnings of the stages that have ended, a line each: a condition that was not met, and a body "
           "that was put into a rigid one, as a plate into bone.")
       .def(
+          "_searches_all_passes",
+          [](Simulation& s) { return s.idle().settings().detection.continuous == ContinuousDetection::full; })
+      .def(
           "_outcomes", [](Simulation& s) { return outcome_rows(s, s.outcomes().values(s.idle())); },
           nb::sig(
               "def _outcomes(self) -> list[tuple[str, str, float, str, tuple[float, float, float] | None]]"))
@@ -178,6 +181,9 @@ void bind_simulation(nb::module_& m) {
       .def_prop_ro("steps_not_converged", &Simulation::steps_not_converged,
                    "Steps so far of this object in which a solve ended above the tolerance: do not trust "
                    "positions where it is not 0.")
+      .def_prop_ro("steps_too_far", &Simulation::steps_too_far,
+                   "Steps so far of this object in which something may have gone through a body: "
+                   "metrics.passes, or, where not all contacts are sought, metrics.pairs_that_could_pass.")
       .def_prop_ro("most_inverted_tets", &Simulation::most_inverted_tets,
                    "Largest metrics.inverted_tets after a step of this object.");
 }

@@ -11,6 +11,7 @@
 #include "geometry/vector.hpp"
 #include "scene/near.hpp"
 #include "scene/stage_archive.hpp"
+#include "sim/unseen_passes.hpp"
 #include "world.hpp"
 
 namespace palpate::python {
@@ -86,6 +87,7 @@ void Simulation::step() {
   }
   const StepMetrics& metrics = simulation_->metrics();
   if (!metrics.solver_converged) ++steps_not_converged_;
+  if (may_have_passed(metrics, simulation_->settings().detection.continuous)) ++steps_too_far_;
   most_inverted_tets_ = std::max(most_inverted_tets_, metrics.inverted_tets);
   contacts_.reset();
   crossings_.reset();

@@ -49,6 +49,7 @@ class Simulation {
   [[nodiscard]] const std::optional<RelaxReport>& relaxed() const { return relaxed_; }
   /// Steps of this object in which a solve ended above the tolerance.
   [[nodiscard]] std::int64_t steps_not_converged() const { return steps_not_converged_; }
+  [[nodiscard]] std::int64_t steps_too_far() const { return steps_too_far_; }
   /// Largest StepMetrics::inverted_tets after a step of this object.
   [[nodiscard]] std::int64_t most_inverted_tets() const { return most_inverted_tets_; }
   /// The contacts at the current positions. Later steps do not change the result.
@@ -97,6 +98,7 @@ class Simulation {
   std::shared_ptr<TissueState> tissue_;  ///< of the last call
   std::shared_ptr<TissueState> tissue_at_points_;
   std::int64_t steps_not_converged_ = 0;
+  std::int64_t steps_too_far_ = 0;
   std::int64_t most_inverted_tets_ = 0;
   std::unique_ptr<StageRun> stages_;
   std::unique_ptr<OutcomeProbe> outcomes_;

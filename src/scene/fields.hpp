@@ -196,6 +196,10 @@ void describe(Visitor& v, SceneMotion& motion) {
                                        [](const auto& a, const auto& b) { return b.time <= a.time; });
   v.rule(late == motion.keyframes.end(), "keyframes", "times that do not increase",
          "each time later than the one before");
+  const auto far = std::adjacent_find(motion.keyframes.begin(), motion.keyframes.end(),
+                                      [](const auto& a, const auto& b) { return turns_too_far(a, b); });
+  v.rule(far == motion.keyframes.end(), "keyframes", "rotations about one axis by more than 180 degrees",
+         "at most 180 degrees from one keyframe to the next, since rotations take the shorter arc");
 }
 
 template <class Visitor>

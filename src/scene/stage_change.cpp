@@ -33,6 +33,10 @@ class StageReader {
     for (std::size_t i = 0; i < stage_->release.size(); ++i) release(stage_->release[i], key("release", i));
     for (std::size_t i = 0; i < stage_->fix.size(); ++i) {
       const std::vector<Index> points = part_of(stage_->fix[i], key("fix", i));
+      if (at(rigid_, named(stage_->fix[i].body)) != 0) {
+        fail(key("fix", i) + ".body", "the rigid body '" + stage_->fix[i].body + "'",
+             "a body that deforms; 'move' with one keyframe lets a rigid body stand still");
+      }
       changes_.fixed.fix.insert(changes_.fixed.fix.end(), points.begin(), points.end());
     }
     for (std::size_t i = 0; i < stage_->move.size(); ++i) move(stage_->move[i], key("move", i));

@@ -5,6 +5,7 @@
 #include "scene/alternatives.hpp"
 #include "scene/limits.hpp"
 #include "scene/scene.hpp"
+#include "scene/scene_motion.hpp"
 
 /// Stages and outcomes: the part of fields.hpp under "stages" and "outcomes".
 namespace palpate::scene_format {
@@ -31,6 +32,9 @@ void describe(Visitor& v, StageMove& move) {
   const std::vector<SceneKeyframe>& keys = move.motion.keyframes;
   v.rule(keys.empty() || keys.front().time >= 0.0, "motion", "a keyframe before the start of the stage",
          "times >= 0, which count from the start of the stage");
+  v.rule(keys.empty() || !turns_too_far({}, keys.front()), "motion",
+         "a first rotation by more than 180 degrees",
+         "at most 180 degrees, since rotations take the shorter arc");
 }
 
 template <class Visitor>
@@ -66,6 +70,7 @@ template <class Visitor>
 void describe(Visitor& v, ForceReached& force) {
   v.required("body", force.body);
   v.optional("from", force.from);
+  v.rule(!force.from || *force.from != force.body, "from", "the body itself", "another body, or nothing");
   v.required("at_least", force.at_least, above(0));
 }
 
@@ -184,6 +189,7 @@ template <class Visitor>
 void describe(Visitor& v, ForceOutcome& of) {
   v.required("body", of.body);
   v.optional("from", of.from);
+  v.rule(!of.from || *of.from != of.body, "from", "the body itself", "another body, or nothing");
   v.optional("along", of.along);
   require_direction(v, "along", of.along);
 }

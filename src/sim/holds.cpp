@@ -54,11 +54,11 @@ class Changer {
     for (Index p = points.begin; p < points.end; ++p) set(p, 0, -1);
   }
   void release_point(Index point) {
-    check_soft("release_points", point);
+    check_soft("release_points", point, "the whole body, or points of one that deforms");
     set(point, 0, -1);
   }
   void fix(Index point) {
-    check_soft("fix", point);
+    check_soft("fix", point, "points of a body that deforms; a rigid body stands still where a move lets it");
     set(point, 1, -1);
   }
   void move(const PointMove& move) {
@@ -100,12 +100,11 @@ class Changer {
     check_index(where, point, positions_.size());
     check_present(where, at(bodies_.body_of_point(), point));
   }
-  void check_soft(const char* where, Index point) const {
+  void check_soft(const char* where, Index point, const char* expected) const {
     check_point(where, point);
     const Index body = at(bodies_.body_of_point(), point);
     if (at(holds_.obstacles, body) == 0) return;
-    throw Error(model_change_name, where, "a point of the rigid body " + title(bodies_, body),
-                "the whole body, or points of one that deforms");
+    throw Error(model_change_name, where, "a point of the rigid body " + title(bodies_, body), expected);
   }
 
   const Bodies& bodies_;

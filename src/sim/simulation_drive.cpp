@@ -31,17 +31,25 @@ void check_values(const char* name, std::span<const Index> points, std::span<con
   }
 }
 
-/// Checks that a point, if it exists, is not of a rigid body.
-/// \param rigid  per body
-void check_deforms(const Bodies& bodies, std::span<const std::uint8_t> rigid, const char* name, Index point,
-                   const char* expected) {
+/// Checks that a point, if it exists, is not of a body of some kind.
+/// \param of_kind  per body
+/// \param kind     its name
+void check_body(const Bodies& bodies, std::span<const std::uint8_t> of_kind, const char* kind,
+                const char* name, Index point, const char* expected) {
   if (point < 0 || point >= std::ssize(bodies.body_of_point())) return;
   const Index body = at(bodies.body_of_point(), point);
-  if (at(rigid, body) == 0) return;
+  if (at(of_kind, body) == 0) return;
   throw Error(
       "simulation", name,
-      "point " + std::to_string(point) + " of the rigid body '" + at(bodies.bodies(), body).name + "'",
+      "point " + std::to_string(point) + " of the " + kind + " body '" + at(bodies.bodies(), body).name + "'",
       expected);
+}
+
+/// Checks that a point, if it exists, is of a body that is in the scene and deforms.
+void check_deforms(const Bodies& bodies, const Holds& holds, const char* name, Index point,
+                   const char* expected) {
+  check_body(bodies, holds.absent, "removed", name, point, expected);
+  check_body(bodies, holds.obstacles, "rigid", name, point, expected);
 }
 
 }  // namespace
@@ -70,8 +78,7 @@ void Simulation::set_force(Index point, const Vec3& force) {
 void Simulation::set_forces(std::span<const Index> points, std::span<const Vec3> forces) {
   for (std::size_t i = 0; i < std::min(points.size(), forces.size()); ++i) {
     if (forces[i] == Vec3{}) continue;
-    check_deforms(state_->bodies, state_->holds.obstacles, "forces", points[i],
-                  "points of bodies that deform");
+    check_deforms(state_->bodies, state_->holds, "forces", points[i], "points of bodies that deform");
   }
   state_->loads.set_forces(points, forces);
 }
@@ -90,8 +97,8 @@ void Simulation::set_positions(std::span<const Index> points, std::span<const Ve
       [&](Index p) { return !is_prescribed(p); }, ", which has a prescribed motion",
       "points that no motion moves");
   for (const Index p : points) {
-    check_deforms(s.bodies, s.holds.obstacles, "positions", p,
-                  "points of bodies that deform, or a motion that moves the whole body");
+    check_body(s.bodies, s.holds.obstacles, "rigid", "positions", p,
+               "points of bodies that deform, or a motion that moves the whole body");
   }
   std::vector<Vec3> all(s.dynamics.positions().begin(), s.dynamics.positions().end());
   for (std::size_t i = 0; i < points.size(); ++i) at(all, points[i]) = positions[i];
@@ -129,8 +136,7 @@ void Simulation::set_velocities(std::span<const Index> points, std::span<const V
 }
 
 Index Simulation::grab(const Grab& grab) {
-  check_deforms(state_->bodies, state_->holds.obstacles, "grab", grab.point,
-                "a point of a body that deforms");
+  check_deforms(state_->bodies, state_->holds, "grab", grab.point, "a point of a body that deforms");
   return state_->grabs.add(grab);
 }
 void Simulation::move_grab(Index number, const Vec3& target) {

@@ -109,7 +109,22 @@ def test_a_run_in_which_something_may_have_gone_through_a_body_warns():
     simulation = palpate.Simulation(model, time_step=0.02, gravity=(0, 0, 0))
     with pytest.warns(RuntimeWarning, match="in 1 of 1 steps something may have gone through a body"):
         simulation.run(1)
-    assert simulation.metrics.passes > 0
+    assert simulation.metrics.passes > 0 and simulation.steps_too_far == 1
+
+
+@pytest.mark.parametrize("continuous", ["off", "full"])
+def test_a_run_without_continuous_detection_warns_and_says_what_helps(continuous):
+    model = palpate.Model()
+    points, tets = palpate.box(cells=(6, 6, 1), size=(0.2, 0.2, 0.004))
+    model.add_body(points, tets, name="sheet", obstacle=True)
+    points, tets = palpate.ball(radius=0.02, resolution=3)
+    model.add_body(points + [0.003, 0.002, 0.1], tets, name="ball", material=palpate.Material(), velocity=(0, 0, -100))
+    simulation = palpate.Simulation(model, time_step=0.005, gravity=(0, 0, 0), contact={"continuous": continuous})
+    with pytest.warns(RuntimeWarning, match="something may have gone through a body") as caught:
+        simulation.run(20)
+    advice = [str(w.message) for w in caught if "gone through" in str(w.message)][0]
+    assert ('"continuous": "full"' in advice) == (continuous == "off")
+    assert simulation.steps_too_far > 0
 
 
 def test_a_grab_holds_a_block_by_its_weight():

@@ -139,6 +139,16 @@ TEST(ReadScene, NamesTheKeyOfEachError) {
       {with_body(ball + R"(, "motion": {"keyframes": [{"time": 1}, {"time": 1}]})"),
        "bodies[0].motion.keyframes: found times that do not increase, expected each time later than the one "
        "before"},
+      {with_body(
+           ball +
+           R"(, "motion": {"keyframes": [{"time": 0}, {"time": 1, "rotate": {"axis": [0, 1, 0], "angle": 360}}]})"),
+       "bodies[0].motion.keyframes: found rotations about one axis by more than 180 degrees, expected at "
+       "most "
+       "180 degrees from one keyframe to the next"},
+      {with_body(ball +
+                 R"(, "motion": {"keyframes": [{"time": 0, "rotate": {"axis": [0, 0, 2], "angle": 100}},
+                             {"time": 1, "rotate": {"axis": [0, 0, -1], "angle": 100}}]})"),
+       "bodies[0].motion.keyframes: found rotations about one axis by more than 180 degrees"},
       {with_body(ball + R"(, "motion": {"keyframes": [{"tme": 1}]})"),
        "bodies[0].motion.keyframes[0].time: found nothing, expected a value"},
       {with_body(ball + R"(, "loads": [{"force": [0, 0, 1]}])"), "bodies[0].loads[0]"},

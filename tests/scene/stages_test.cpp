@@ -217,8 +217,20 @@ TEST(Stages, BadOnesAreRefusedInOneLine) {
           R"("move": [{"body": "table", "part": {"points": [0]}, "motion": {"keyframes": [{"time": 1}]}}])"),
       "scene: stages[0].move[0].part: found a part of the rigid body 'table', expected no 'part': a rigid "
       "body moves as a whole");
+  EXPECT_EQ(
+      stage_refusal(R"("fix": [{"body": "table"}])"),
+      "scene: stages[0].fix[0].body: found the rigid body 'table', expected a body that deforms; 'move' "
+      "with one keyframe lets a rigid body stand still");
+  EXPECT_EQ(
+      stage_refusal(
+          R"("move": [{"body": "table", "motion": {"keyframes": [{"time": 1, "rotate": {"angle": 360}}]}}])"),
+      "scene: stages[0].move[0].motion: found a first rotation by more than 180 degrees, expected at "
+      "most 180 degrees, since rotations take the shorter arc");
   EXPECT_EQ(stage_refusal(R"("untie": [{"bodies": ["block"]}])"),
             "scene: stages[0].untie[0].bodies: found 1, expected two names");
+  EXPECT_EQ(stage_refusal(
+                "", R"("until": {"force": {"body": "block", "from": "block", "at_least": 1}, "most": 2})"),
+            "scene: stages[0].until.force.from: found the body itself, expected another body, or nothing");
   EXPECT_EQ(stage_refusal(R"("loads": [{"body": "table"}])"),
             "scene: stages[0].loads[0].body: found the rigid body 'table', expected a body that deforms");
   EXPECT_EQ(stage_refusal("", R"("until": {"rest": true})"),

@@ -207,5 +207,21 @@ TEST(Drive, ForcesAndGrabsOfRigidBodiesAreRefused) {
   EXPECT_LT(mean_velocity(simulation, 1).z, 0.0) << "the force of the call that failed is not set";
 }
 
+/// A grab of a body that is not in the scene would report a force, and act after it is inserted.
+TEST(Drive, ForcesAndGrabsOfRemovedBodiesAreRefused) {
+  Simulation simulation(block_on_plate({{}, {Keyframe{}}}), {}, 1);
+  const Index own = simulation.bodies().bodies()[1].points.begin;
+  const std::string found = "found point " + std::to_string(own) + " of the removed body 'block', expected ";
+  simulation.change({.remove = {1}});
+  EXPECT_EQ(message([&] {
+              simulation.set_forces(std::array{own}, std::array{Vec3{0, 0, 1}});
+            }),
+            "simulation: forces: " + found + "points of bodies that deform");
+  EXPECT_EQ(message([&] { simulation.grab({.point = own, .target = {}, .stiffness = 100.0}); }),
+            "simulation: grab: " + found + "a point of a body that deforms");
+  simulation.change({.insert = {1}});
+  simulation.grab({.point = own, .target = {}, .stiffness = 100.0});
+}
+
 }  // namespace
 }  // namespace palpate
