@@ -11,8 +11,8 @@
 namespace palpate {
 namespace {
 
-/// Angle of a body in a substep from which on it is divided, rad. In larger ones, soft bodies gain energy.
-constexpr double most_rotation = 0.7;
+/// Angle of a body in a substep from which on it is divided, rad. Soft bodies that spin faster gain energy.
+constexpr double most_rotation = 2.0;
 
 /// Adds the work of an attempt at a substep, which may have failed.
 void add_work(const StepMetrics& of, StepMetrics& sum) {
