@@ -125,7 +125,7 @@ struct ModelChange {
   std::vector<Index> remove{};          ///< bodies to remove, with their ties
   std::vector<Index> release_bodies{};  ///< bodies whose points become free; rigid ones become deformable
   std::vector<Index> release_points{};  ///< points that are no longer fixed, moved, or held along an axis
-  std::vector<Index> fix{};             ///< points to fix at their current positions
+  std::vector<Index> fix{};             ///< points of bodies that deform, to fix where they are
   std::vector<PointMove> moves{};       ///< each adds a motion; points leave their earlier one
   std::vector<Tie> ties{};              ///< appended to the existing ones, at rest at the current positions
   std::vector<BodyLoads> loads{};       ///< each body at most once

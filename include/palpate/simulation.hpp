@@ -114,7 +114,7 @@ class Simulation {
   [[nodiscard]] const Motion& motion(Index number) const;
   /// Sets the force (N) on a point from the next step on; replaces the one set before (at first that of
   /// Model::forces), and zero removes it. It adds to all other loads of the model. Throws Error on a point
-  /// out of range or of a rigid body, and a force that is not finite.
+  /// out of range or of a rigid or removed body, and a force that is not finite.
   void set_force(Index point, const Vec3& force);
   /// set_force() for many points: forces[i] on points[i]; for a repeated point the last one holds. Throws
   /// Error as set_force(), and if lengths differ, and changes nothing. O(points).
@@ -135,8 +135,8 @@ class Simulation {
   /// point, and on a velocity along a fixed axis.
   void set_velocities(std::span<const Index> points, std::span<const Vec3> velocities);
   /// Pulls a point by a spring from the next step on; returns the number of the grab. The spring is damped
-  /// critically against the mass of the point. Throws Error on a point out of range or of a rigid body, a
-  /// stiffness that is not a number > 0 and a target that is not finite.
+  /// critically against the mass of the point. Throws Error on a point out of range or of a rigid or
+  /// removed body, a stiffness that is not a number > 0 and a target that is not finite.
   Index grab(const Grab& grab);
   /// Sets the target of a grab. Throws Error if it is not the number of a grab.
   void move_grab(Index number, const Vec3& target);

@@ -104,7 +104,9 @@ class SimulationBody:
             self._simulation._release_points(self._of_all(points))
 
     def fix(self, points: ArrayLike | None = None) -> None:
-        """Fixes its points (indices or a mask; None: all of them) at their current positions until release()."""
+        """Fixes its points (indices or a mask; None: all of them) at their current positions until release(). Not of a
+        rigid body: move() with a motion of one keyframe lets it stand still.
+        """
         self._simulation._fix(self._of_all(points))
 
     def move(self, motion: _core.Motion, points: ArrayLike | None = None) -> int:

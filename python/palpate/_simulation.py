@@ -479,7 +479,7 @@ class Simulation(_core.Simulation):
         """Pulls a point (of all points) by a spring, N/m, to a position, m, from the next step on.
 
         The spring is damped critically against the mass of the point. Returns a Grab, to move and release it. Raises
-        Error on a point of a rigid body.
+        Error on a point of a rigid body, or of one that is removed.
         """
         return Grab(self, self._grab(point, _arrays.vector(target, "target"), stiffness))
 

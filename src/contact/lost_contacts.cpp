@@ -1,9 +1,9 @@
 #include "contact/lost_contacts.hpp"
 
 #include <algorithm>
-#include <numeric>
 #include <utility>
 
+#include "mesh/grouped.hpp"
 #include "room.hpp"
 
 namespace palpate {
@@ -11,16 +11,8 @@ namespace palpate {
 LostContacts::LostContacts(const SurfaceClusters& surface, const Bodies& bodies)
     : is_lost_(surface.clusters.clusters.size()) {
   const Clusters& all = surface.clusters;
-  std::vector<Index>& begin = clusters_of_point_.begin;
-  begin.assign(bodies.points_rest().size() + 1, 0);
-  for (const Cluster& cluster : all.clusters)
-    for (const Index p : all.points_of(cluster)) ++at(begin, p);
-  std::inclusive_scan(begin.begin(), begin.end(), begin.begin());
-  clusters_of_point_.values.resize(static_cast<std::size_t>(begin.back()));
-  for (Index c = static_cast<Index>(std::ssize(all.clusters)) - 1; c >= 0; --c) {
-    for (const Index p : all.points_of(at(all.clusters, c)))
-      at(clusters_of_point_.values, --at(begin, p)) = c;
-  }
+  clusters_of_point_ = grouped(all.clusters.size(), bodies.points_rest().size(),
+                               [&](std::size_t c) { return all.points_of(all.clusters[c]); });
 }
 
 void LostContacts::follow(const Bodies& bodies, const ContactTable& contacts) {

@@ -1,10 +1,11 @@
 #include "contact/surface_normals.hpp"
 
 #include <algorithm>
-#include <numeric>
+#include <array>
 #include <tuple>
 
 #include "geometry/triangle.hpp"
+#include "mesh/grouped.hpp"
 
 namespace palpate {
 namespace {
@@ -19,19 +20,8 @@ std::size_t corner_of(const Triangle& triangle, Index point) {
 /// i.
 Rows corners_of_points(const Bodies& bodies) {
   const std::span<const Triangle> triangles = bodies.triangles();
-  Rows corners;
-  corners.begin.assign(bodies.points_rest().size() + 1, 0);
-  for (const Triangle& t : triangles) {
-    for (const Index point : t) ++at(corners.begin, point + 1);
-  }
-  std::partial_sum(corners.begin.begin(), corners.begin.end(), corners.begin.begin());
-  corners.values.resize(3 * triangles.size());
-  std::vector<Index> next(corners.begin.begin(), corners.begin.end() - 1);
-  for (std::size_t t = 0; t < triangles.size(); ++t) {
-    for (std::size_t i = 0; i < 3; ++i)
-      at(corners.values, at(next, triangles[t][i])++) = static_cast<Index>(3 * t + i);
-  }
-  return corners;
+  return grouped(3 * triangles.size(), bodies.points_rest().size(),
+                 [&](std::size_t corner) { return std::array{triangles[corner / 3][corner % 3]}; });
 }
 
 }  // namespace

@@ -64,6 +64,8 @@ bool ContactSolver::check_true_residual(Run& run) {
   const double ratio = run.scale;
   std::ranges::copy(residual_, preconditioned_.begin());
   load(run);
+  if (run.goal.fixed_iterations == 0)
+    run.rigid_change = run.problem.system->rigid_change(run.threads, with_contacts_, run.positions);
   compute_residual(run);
   const auto inverse_masses = run.problem.system->inverse_masses();
   const auto factor = static_cast<float>(ratio / run.scale);

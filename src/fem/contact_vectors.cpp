@@ -74,8 +74,6 @@ double ContactSolver::add_contacts(const Run& run) {
 
 void ContactSolver::load(Run& run) {
   const double largest = add_contacts(run);
-  if (run.goal.fixed_iterations == 0)
-    run.rigid_change = run.problem.system->rigid_change(run.threads, with_contacts_, run.positions);
   run.scale = largest > 0.0 && std::isfinite(largest) ? std::ldexp(1.0, std::ilogb(largest)) : 1.0;
   const double inverse = 1.0 / run.scale;
   const auto points = run.points();

@@ -1,8 +1,8 @@
 #include "fem/dynamics.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <numeric>
 #include <string>
 #include <utility>
 
@@ -14,6 +14,7 @@
 #include "fem/lumping.hpp"
 #include "fem/material_check.hpp"
 #include "fem/padded_vectors.hpp"
+#include "mesh/grouped.hpp"
 #include "number_text.hpp"
 
 namespace palpate::fem {
@@ -91,19 +92,6 @@ double largest_component(const Vec3& a) {
   return std::max({std::abs(a.x), std::abs(a.y), std::abs(a.z)});
 }
 
-/// The elements of each body, ascending.
-Rows elements_of_bodies(std::span<const Index> body_of_element, std::size_t bodies) {
-  Rows rows;
-  rows.begin.assign(bodies + 1, 0);
-  for (const Index body : body_of_element) ++at(rows.begin, body + 1);
-  std::partial_sum(rows.begin.begin(), rows.begin.end(), rows.begin.begin());
-  rows.values.resize(body_of_element.size());
-  std::vector<Index> next(rows.begin.begin(), rows.begin.end() - 1);
-  for (Index e = 0; e < std::ssize(body_of_element); ++e)
-    at(rows.values, at(next, at(body_of_element, e))++) = e;
-  return rows;
-}
-
 void check_solve(const SolveGoal& goal) {
   require(goal.tolerance >= 0.0, "tolerance", goal.tolerance, "a number >= 0");
   require(goal.max_iterations >= 0, "max_iterations", goal.max_iterations, "a number >= 0");
@@ -171,7 +159,9 @@ Dynamics::Dynamics(const Bodies& bodies, const Materials& materials, std::vector
   works_.resize(bodies_.size());
   groups_.resize(bodies_.size());
   contact_losses_.resize(bodies_.size());
-  elements_of_body_ = elements_of_bodies(elements_.body_of_element(), bodies_.size());
+  const std::span<const Index> body_of_element = elements_.body_of_element();
+  elements_of_body_ = grouped(body_of_element.size(), bodies_.size(),
+                              [&](std::size_t e) { return std::array{body_of_element[e]}; });
   for (const std::uint8_t free : free_) held_axes_.push_back(free != 0 ? 0 : all_axes);
   mark_held_bodies();
 }

@@ -10,6 +10,7 @@
 #include "geometry/predicates.hpp"
 #include "geometry/vector.hpp"
 #include "mesh/faces.hpp"
+#include "mesh/grouped.hpp"
 
 namespace palpate {
 namespace {
@@ -47,18 +48,7 @@ std::vector<Edge> unique_edges(const std::vector<Tet>& tets) {
 /// For each point, the indices of the primitives with that corner, ascending.
 template <class Corners>
 Rows rows_of_points(std::size_t n_points, const std::vector<Corners>& primitives) {
-  Rows rows;
-  rows.begin.assign(n_points + 1, 0);
-  for (const Corners& corners : primitives) {
-    for (const Index corner : corners) ++at(rows.begin, corner + 1);
-  }
-  for (std::size_t i = 0; i < n_points; ++i) rows.begin[i + 1] += rows.begin[i];
-  rows.values.resize(static_cast<std::size_t>(rows.begin.back()));
-  std::vector<Index> next(rows.begin.begin(), rows.begin.end() - 1);
-  for (std::size_t p = 0; p < primitives.size(); ++p) {
-    for (const Index corner : primitives[p]) at(rows.values, at(next, corner)++) = static_cast<Index>(p);
-  }
-  return rows;
+  return grouped(primitives.size(), n_points, [&](std::size_t p) { return primitives[p]; });
 }
 
 /// Finds common faces of tets. Fills tet_neighbors, and triangles with the faces of one tet only.
