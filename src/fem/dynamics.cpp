@@ -115,7 +115,8 @@ Dynamics::Dynamics(const Bodies& bodies, const Materials& materials, std::vector
       multigrid_(matrix_),
       second_order_multigrid_(matrix_),
       positions_(bodies.points_rest().begin(), bodies.points_rest().end()),
-      rotations_(bodies, materials, masses_, obstacle_bodies) {
+      rotations_(bodies, materials, masses_, obstacle_bodies),
+      energy_limit_(bodies_.size()) {
   const std::size_t points = masses_.size();
   const auto elements = static_cast<std::size_t>(elements_.size());
   point_mass_damping_ = mass_dampings(bodies, materials, masses_);
@@ -156,9 +157,6 @@ Dynamics::Dynamics(const Bodies& bodies, const Materials& materials, std::vector
   for (auto* vector : {&solution_, &right_side_, &free_right_side_, &base_velocities_, &rotation_velocities_,
                        &displacements_})
     vector->resize(points);
-  works_.resize(bodies_.size());
-  groups_.resize(bodies_.size());
-  contact_losses_.resize(bodies_.size());
   const std::span<const Index> body_of_element = elements_.body_of_element();
   elements_of_body_ = grouped(body_of_element.size(), bodies_.size(),
                               [&](std::size_t e) { return std::array{body_of_element[e]}; });

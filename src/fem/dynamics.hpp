@@ -17,6 +17,7 @@
 #include "fem/contact_solver.hpp"
 #include "fem/coupling.hpp"
 #include "fem/elements.hpp"
+#include "fem/energy_limit.hpp"
 #include "fem/external_forces.hpp"
 #include "fem/linear_system.hpp"
 #include "parallel/parallel.hpp"
@@ -39,7 +40,7 @@ struct DynamicsState {
   std::vector<Vec3> past_positions;       ///< (n_points x 3), m, at the start of the previous step; or empty
   std::vector<Vec3> past_velocities;      ///< velocities then, m/s
   double past_duration = 0.0;             ///< length of the previous step, s
-  std::vector<double> contact_losses;     ///< (n_bodies) energy that contacts took and may give back, J
+  std::vector<double> contact_losses;     ///< (n_bodies) EnergyLimit::losses(), J
   std::vector<Vec3> second_order_multigrid_reference;  ///< as multigrid_reference, for steps of second order
   int second_order_multigrid_stale_iterations = 0;
 };
@@ -215,7 +216,7 @@ class Dynamics {
   /// Bodies with a rotated frame get the angular momentum that forces of joints lack: they acted at arms in
   /// the rotated bodies, while the momentum of centres counts arms from the start of the step. Without that,
   /// bodies that are tied and rotate together are braked (BodyRotations::allowed_impulse). Contacts do not
-  /// drive such bodies (limit_energies()).
+  /// drive such bodies (EnergyLimit).
   void end_step(const Joints& joints = {{}, {}, 0, {}});
 
   /// Lists the elements that holding_forces() visits. O(n_elements).
@@ -303,11 +304,9 @@ class Dynamics {
   [[nodiscard]] double energy_of_body(std::size_t body) const;
   [[nodiscard]] bool has_known_energy(std::size_t body) const;
   void begin_energies();
-  void add_work(const Coupling& contact, const Vec3& force);
-  [[nodiscard]] Index group_of(Index body) const;
+  void add_energy(const Coupling& contact, const Vec3& force);
   void limit_energies(const Joints& joints);
-  void group_bodies();
-  void find_gain(std::size_t body);
+  void end_energy(std::size_t body);
   void slow_down(std::size_t body, double factor);
   void find_frame_reactions();
   void add_joint_impulse(const Coupling& joint, const Vec3& force, bool lasts);
@@ -439,35 +438,12 @@ class Dynamics {
   std::vector<std::uint8_t> free_bodies_;     ///< (n_bodies) 1: no point is held; 2: and braked
   std::vector<std::uint8_t> turning_bodies_;  ///< free_bodies_ without prescribed points in this step
   bool has_stiffness_damping_ = false;
-  std::vector<Vec3> damping_changes_;        ///< (n_points) scratch of remove_damping_torque(), m/s
-  std::vector<double> nonlinear_stiffness_;  ///< (n_points) of a point at rest, by nonlinear tets, N/m
-  std::span<const Vec3> turning_forces_;     ///< ExternalForces::turning of the step
-  std::vector<Vec3> lost_impulses_;          ///< (n_bodies) scratch of end_step(), N m s
-  std::vector<Vec3> contact_impulses_;       ///< (n_bodies) those of contacts
-  /// What changes the energy of a body in a step.
-  struct BodyWork {
-    Index group = -1;           ///< a body of the same group; at the end, the first one
-    bool is_known = false;      ///< but for contacts; false for bodies that are not free
-    bool is_supported = false;  ///< touches a body that is not free
-    double energy = 0.0;        ///< elastic and kinetic, at the start, J
-    double given = 0.0;         ///< by contacts, at most, J
-    double gained = 0.0;        ///< without a reason, J
-    double rotation = 0.0;      ///< kinetic energy of the rotation in a frame, J
-  };
-  /// Free bodies that touch each other.
-  struct BodyGroup {
-    int bodies = 0;
-    bool is_known = true;  ///< of all bodies
-    bool is_supported = false;
-    bool rotates = false;   ///< a body has a frame
-    double gained = 0.0;    ///< beyond what contacts took before, J
-    double rotation = 0.0;  ///< J
-    [[nodiscard]] bool is_limited() const { return is_known && is_supported && rotates; }
-  };
-  BodyGroup& group_with(std::size_t body) { return at(groups_, works_[body].group); }
-  std::vector<BodyGroup> groups_;               ///< (n_bodies) by their first body
-  std::vector<BodyWork> works_;                 ///< (n_bodies)
-  std::vector<double> contact_losses_;          ///< (n_bodies) DynamicsState::contact_losses
+  std::vector<Vec3> damping_changes_;           ///< (n_points) scratch of remove_damping_torque(), m/s
+  std::vector<double> nonlinear_stiffness_;     ///< (n_points) of a point at rest, by nonlinear tets, N/m
+  std::span<const Vec3> turning_forces_;        ///< ExternalForces::turning of the step
+  std::vector<Vec3> lost_impulses_;             ///< (n_bodies) scratch of end_step(), N m s
+  std::vector<Vec3> contact_impulses_;          ///< (n_bodies) those of contacts
+  EnergyLimit energy_limit_;                    ///< what contacts give to free bodies
   Rows elements_of_body_;                       ///< (n_bodies)
   std::vector<Vec3> frame_reactions_;           ///< (n_points) of the last step, N; or empty
   bool lists_constrained_ = false;              ///< find_constrained_elements() was called

@@ -72,7 +72,7 @@ DynamicsState Dynamics::state() const {
           .past_positions = past_positions_,
           .past_velocities = past_velocities_,
           .past_duration = past_duration_,
-          .contact_losses = contact_losses_,
+          .contact_losses = energy_limit_.losses(),
           .second_order_multigrid_reference = second_order_multigrid_.reference(),
           .second_order_multigrid_stale_iterations = second_order_multigrid_.stale_iterations()};
 }
@@ -115,7 +115,7 @@ void Dynamics::set_state(const DynamicsState& state) {
   past_positions_ = state.past_positions;
   past_velocities_ = state.past_velocities;
   past_duration_ = state.past_duration;
-  contact_losses_ = state.contact_losses;
+  energy_limit_.set_losses(state.contact_losses);
   updated_ = false;
 }
 
