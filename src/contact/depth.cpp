@@ -171,7 +171,7 @@ void DepthEstimate::solve_certainty(const Frame& frame) {
     const bool guesses = frame.cache.source(c) == PlaneCache::neighbors;
     if (levels_[c] < 0 || estimates_[c].fixed || guesses || !std::isfinite(node.diagonal)) leave_out(c);
   });
-  system_.solve_offsets(frame.threads, tolerance, most_iterations, frame.deadline);
+  system_.solve_numbers(frame.threads, tolerance, most_iterations, frame.deadline);
   parallel::for_each(frame.threads, estimates_.size(), depth_grain, [&](std::size_t c) {
     const bool guesses = frame.cache.source(c) == PlaneCache::neighbors;
     estimates_[c].certainty = guesses ? 0.0 : std::clamp(1.0 + system_.corrections()[c][0], 0.0, 1.0);

@@ -22,7 +22,9 @@ PlaneSystem::Sums PlaneSystem::total() const {
   return sum;
 }
 
+template <std::size_t components>
 bool PlaneSystem::beyond(const Node& node, const Plane& change, double tolerance) const {
+  if constexpr (components == 1) return std::abs(change[0]) > tolerance;
   const Vec3 normal{change[1], change[2], change[3]};
   return squared_length(normal) > tolerance * tolerance ||
          std::abs(change[0] - dot(node.place, normal)) > tolerance * node.length;
@@ -41,7 +43,7 @@ void PlaneSystem::start(const parallel::Threads& threads, double tolerance) {
                              search_[i][k] = node.residual[k] / node.diagonal;
                              sums.sums[k] += node.residual[k] * search_[i][k];
                            }
-                           sums.far = sums.far || beyond(node, search_[i], tolerance);
+                           sums.far = sums.far || beyond<components>(node, search_[i], tolerance);
                          }
                          partial_[chunk] = sums;
                        });
@@ -105,7 +107,7 @@ int PlaneSystem::solve_components(const parallel::Threads& threads, double toler
     parallel::for_chunks(threads, n, plane_grain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
       Sums sums{move<components>(stride, begin, end), false};
       for (std::size_t i = begin; i < end && !sums.far; ++i)
-        sums.far = beyond(nodes[i], product_[i], tolerance);
+        sums.far = beyond<components>(nodes[i], product_[i], tolerance);
       partial_[chunk] = sums;
     });
     const Sums next = total();
@@ -127,7 +129,7 @@ int PlaneSystem::solve(const parallel::Threads& threads, double tolerance, int m
   return solve_components<4>(threads, tolerance, most, deadline);
 }
 
-int PlaneSystem::solve_offsets(const parallel::Threads& threads, double tolerance, int most,
+int PlaneSystem::solve_numbers(const parallel::Threads& threads, double tolerance, int most,
                                const Deadline& deadline) {
   return solve_components<1>(threads, tolerance, most, deadline);
 }

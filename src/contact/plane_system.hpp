@@ -36,8 +36,9 @@ class PlaneSystem {
   /// the node's length; or after `most` iterations; or at the deadline. Returns the number of iterations.
   /// Parallel; without a deadline the same bits for every thread count.
   int solve(const parallel::Threads& threads, double tolerance, int most, const Deadline& deadline);
-  /// solve() for residuals whose normals are all zero. The normals of the corrections are then zero, too.
-  int solve_offsets(const parallel::Threads& threads, double tolerance, int most, const Deadline& deadline);
+  /// The same for one number without a unit at each node, instead of a plane: the first component of the
+  /// residuals, whose others are zero. Ends when one more sweep would change none by more than `tolerance`.
+  int solve_numbers(const parallel::Threads& threads, double tolerance, int most, const Deadline& deadline);
   [[nodiscard]] std::span<const Plane> corrections() const { return corrections_; }
 
  private:
@@ -58,6 +59,7 @@ class PlaneSystem {
   }
   template <std::size_t components>
   void start(const parallel::Threads& threads, double tolerance);
+  template <std::size_t components>
   [[nodiscard]] bool beyond(const Node& node, const Plane& change, double tolerance) const;
 
   std::vector<Plane> corrections_;

@@ -53,6 +53,38 @@ TEST(Depth, PropagatesExactlyThroughLayers) {
   }
 }
 
+/// Two oblique boxes that overlap, with all lengths multiplied by a factor.
+Contacts contacts_in_unit(double factor, double offset) {
+  Bodies bodies;
+  for (int b = 0; b < 2; ++b) {
+    TetMesh mesh = test::box_mesh({4, 5, 3}, {-1, -1, -1}, {1, 1, 1});
+    for (Vec3& p : mesh.points) {
+      const Vec3 oblique{p.x + 0.3 * b * p.y, p.y - 0.2 * b * p.z, p.z + 0.1 * p.x};
+      p = factor * (oblique + b * Vec3{offset, 0.9 * offset, 1.1 * offset});
+    }
+    bodies.add("box", std::move(mesh));
+  }
+  Detector detector(bodies, {});
+  detector.detect(bodies.points_rest());
+  return detector.contacts();
+}
+
+// Factors of two are exact, so all results must be the same in every bit.
+TEST(Depth, DoesNotDependOnTheUnitOfLength) {
+  for (const double offset : {0.1, 0.4, 0.7, 1.0}) {
+    const Contacts meters = contacts_in_unit(1.0, offset);
+    ASSERT_GT(meters.size(), 5U);
+    for (const int exponent : {-20, 10, 20}) {
+      const double factor = std::ldexp(1.0, exponent);
+      const Contacts other = contacts_in_unit(factor, offset);
+      ASSERT_EQ(other.point, meters.point);
+      EXPECT_EQ(other.direction, meters.direction) << "2^" << exponent;
+      EXPECT_EQ(other.certainty, meters.certainty) << "2^" << exponent;
+      for (std::size_t c = 0; c < meters.size(); ++c) ASSERT_EQ(other.depth[c], factor * meters.depth[c]);
+    }
+  }
+}
+
 /// Largest relative error of depth and angle of a ball's points in a half-space, over points deeper than a
 /// tenth.
 double ball_in_plane_error(int cells) {
