@@ -131,9 +131,12 @@ void SweptResponse::add(const SweptContact& contact, const PredictedStep& step, 
   const double end = dot(direction, relative);
   const double before = overlap_before(contact, coupling, start);
   if (!(end < 0.0) || exits_.has_exit(contact, {direction, -end, before, thick})) return;
+  // What is near already may come nearer: kept at the margin by each step, it would never rest on a contact.
+  const double apart = std::max(0.0, dot(direction, fem::relative(coupling, start)));
+  const double nearest = std::min(margin - before, 0.5 * apart);
   add(key_of(contact),
-      {coupling, direction, margin - before, margin - end, margin, contact.kind == SweptKind::edge_edge},
-      step, response);
+      {coupling, direction, nearest, margin - end, margin, contact.kind == SweptKind::edge_edge}, step,
+      response);
 }
 
 void SweptResponse::begin_step(std::span<const Vec3> positions, const ContactTable& contacts) {

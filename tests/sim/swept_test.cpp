@@ -77,6 +77,53 @@ TEST(Swept, LayersThatFallByTheirThicknessInAStepStayApart) {
   }
 }
 
+// A load would move a block through the plate below it in one step, and there is a small gap at the start.
+// Each step predicts that the block goes through. Its stops must hand it over to contacts: once they kept it
+// at a distance for good, and threw it when it was pushed sideways. Oracles: the load, and Coulomb's law.
+TEST(Swept, WhatALoadPressesRestsOnContactsAndSticks) {
+  constexpr double load = 5e4;
+  constexpr double weight = 9.81 * 1000.0 * 0.05 * 0.05 * 0.03;
+  for (const double gap : {1e-5, 1e-3}) {
+    SCOPED_TRACE("gap " + std::to_string(gap));
+    const std::string text = R"({"time_step": 0.01, "duration": 0.6, "contact": {"friction": 0.5}, "bodies": [
+  {"name": "plate", "box": {"cells": [4, 4, 2], "size": [0.16, 0.16, 0.03]}, "translate": [0, 0, -0.015], "obstacle": true},
+  {"name": "block", "box": {"cells": [3, 3, 2], "size": [0.05, 0.05, 0.03]}, "translate": [0, 0, )" +
+                             std::to_string(0.015 + gap) +
+                             R"(], "material": {"young_modulus": 1e6, "poisson_ratio": 0.3},
+   "loads": [
+    {"box": {"lower": [-1, -1, 0.029], "upper": [1, 1, 1]}, "traction": [0, 0, -5e4]},
+    {"box": {"lower": [-1, -1, -1], "upper": [1, 1, 0.002]}, "traction": [1e4, 0, 0],
+     "ramp": {"times": [0.2, 0.3], "factors": [0, 1]}}]}]})";
+    Simulation simulation = simulate(read_scene_text(text, "pressed"), ContinuousDetection::limited);
+    const Vec3 start = test::mean_of_body(simulation.bodies(), 1, simulation.positions());
+    while (simulation.metrics().time < 0.6 - 1e-9) {
+      const StepMetrics& m = simulation.step();
+      EXPECT_TRUE(m.solver_converged);
+      EXPECT_TRUE(m.stopped_passes == 0 || m.time < 0.15) << "step " << m.step;
+    }
+    const Vec3 end = test::mean_of_body(simulation.bodies(), 1, simulation.positions());
+    EXPECT_NEAR(end.x, start.x, 3e-4) << "sheared by 0.2 of the load";
+    EXPECT_NEAR(lowest(simulation, 1), 0.0, 1e-4);
+    const Vec3 force = simulation.contact_forces()[1];
+    EXPECT_NEAR(force.z, load * 0.05 * 0.05 + weight, 0.1);
+    EXPECT_NEAR(force.x, -0.2 * load * 0.05 * 0.05, 0.1);
+    EXPECT_TRUE(simulation.at_rest());
+  }
+}
+
+TEST(Swept, AThinSheetUnderALoadRestsOnAThickFloor) {
+  const std::string text = R"({"time_step": 0.01, "duration": 1, "bodies": [
+  {"name": "floor", "box": {"cells": [8, 8, 1], "size": [0.5, 0.5, 0.05]}, "translate": [0, 0, -0.025], "obstacle": true},
+  {"name": "sheet", "box": {"cells": [6, 6, 1], "size": [0.06, 0.06, 0.001]}, "translate": [0.0031, 0.0017, 0.00051],
+   "material": {"young_modulus": 1e6, "poisson_ratio": 0.3},
+   "loads": [{"box": {"lower": [-1, -1, 0.0008], "upper": [1, 1, 1]}, "traction": [0, 0, -1e3]}]}]})";
+  Simulation simulation = simulate(read_scene_text(text, "sheet"), ContinuousDetection::limited);
+  while (simulation.metrics().time < 1.0 - 1e-9) simulation.step();
+  EXPECT_NEAR(lowest(simulation, 1), 0.0, 1e-5) << "it was 1 mm above: 2 % of the floor's thickness";
+  EXPECT_EQ(simulation.metrics().stopped_passes, 0);
+  EXPECT_TRUE(simulation.at_rest());
+}
+
 // A step in which something passes is made with implicit Euler, the others with BDF2.
 TEST(Swept, ASheetStopsAtAPlateWithBdf2Too) {
   Scene scene = read_scene_text(sheet_on_plate, "sheet");
