@@ -140,6 +140,32 @@ StepScene pile(std::string name, int count, int layers, const Material& material
           .make = make};
 }
 
+/// Many small balls in layers that are moved sideways by turns, so that they fall between each other; 5 ms a
+/// step.
+StepScene crowd(std::string name, int side, const Material& material, int steps) {
+  constexpr double radius = 0.01;
+  const auto make = [=] {
+    StepModel scene;
+    scene.settings.time_step = 0.005;
+    scene.settings.response.friction = 0.3;
+    add_floor(scene, 0.8);
+    for (int i = 0; i < side * side * side; ++i) {
+      const int x = i % side;
+      const int y = i / side % side;
+      const int z = i / side / side;
+      const Vec3 place{0.022 * x + 0.002 * (z % 2), 0.022 * y, 0.011 + 0.021 * z};
+      add_body(scene, fmt::format("ball {}", i), make_ball(radius, 1), place - Vec3{0.05, 0.05, 0.0},
+               material);
+    }
+    return scene;
+  };
+  return {.name = std::move(name),
+          .steps = steps,
+          .quick_steps = std::min(steps, 40),
+          .tets = box_tets({8, 8, 1}) + 20 * static_cast<std::size_t>(side * side * side),
+          .make = make};
+}
+
 /// The two ends of a bar along x, driven by motions: the end at the larger x moves by `travel` in half a
 /// second.
 void drive_ends(StepModel& scene, double travel) {
@@ -280,6 +306,8 @@ std::vector<StepScene> generated_scenes() {
     scenes.push_back(pile(fmt::format("pile-slivers-{}", s.name), 6, 4, {s.young}, true, 150));
   }
   scenes.push_back(pile("pile-slivers-fine-5kPa", 4, 8, {kPa5.young}, true, 80));
+  scenes.push_back(crowd("crowd-125-50kPa", 5, {5e4}, 100));
+  scenes.push_back(crowd("crowd-125-10MPa", 5, {1e7}, 100));
   // Neighbours of other kinds: the heaviest weighs what a tower of water would, the softest carries it.
   const Material soft{2e4};
   const Material stiff{2e8};
