@@ -102,6 +102,8 @@ std::string json(const Scene& scene, const Bodies& bodies, const Detector& detec
     text += ",\n\"completeness\": " + Json(detector.counts().completeness).dump() +
             ",\n\"late_bodies\": " + Json(late_body_names(bodies, detector)).dump();
   }
+  if (scene.settings.detection.cells_per_primitive)
+    text += ",\n\"dropped_cells\": " + Json(detector.counts().dropped_cells).dump();
   text += ",\n\"contacts\": [";
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     text += (c == 0 ? "\n" : ",\n") + contact_json(bodies, contacts, c).dump();
@@ -160,6 +162,10 @@ int detect(const DetectOptions& options) {
   if (counts.late_clusters > 0) {
     print_note(fmt::format("the budget was too small: {} % of the work done, contacts may be missing in {}",
                            short_text(100.0 * counts.completeness), late_bodies_text(bodies, detector)));
+  }
+  if (counts.dropped_cells > 0) {
+    print_note(fmt::format("the limit of cells per primitive left out {}: contacts may be missing",
+                           counted(counts.dropped_cells, "cell")));
   }
   return exit_done;
 }

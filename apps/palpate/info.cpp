@@ -129,6 +129,7 @@ Json scene_json(const SceneFacts& facts) {
       {"duration", scene.duration},
       {"cell_size", start.cell_size},
       {"contacts_at_start", start.contacts},
+      {"edge_contacts_at_start", start.edge_contacts},
       {"overlaps_at_start", overlaps_json(bodies, facts.overlaps())},
       {"too_coarse", coarse_pairs_json(bodies, coarse_pairs(bodies, facts.obstacles))}};
   json["total"] = statistics_json(mesh_statistics(bodies, bodies.points_rest()));
@@ -183,7 +184,8 @@ std::string scene_text(const SceneFacts& facts) {
   text += "\nall bodies\n" + statistics_text(mesh_statistics(bodies, bodies.points_rest()), units.length);
   const DetectionCounts& start = facts.simulation.detector().counts();
   text += fmt::format("cell size       {} {}\n", short_text(start.cell_size), units.length);
-  text += fmt::format("contacts        {} at the start\n", start.contacts);
+  text += fmt::format("contacts        {} at the start, of points; {} of edges\n", start.contacts,
+                      start.edge_contacts);
   text += overlaps_text(bodies, facts.overlaps(), units.length);
   return text + coarse_pairs_text(bodies, coarse_pairs(bodies, facts.obstacles), units.length);
 }

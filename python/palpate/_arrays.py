@@ -165,6 +165,12 @@ def selection(values: ArrayLike, name: str, count: int) -> Indices:
     return chosen
 
 
-def joined(parts: Sequence[ArrayLike], name: str) -> Floats:
-    """The points of several bodies, one after the other."""
-    return np.concatenate([points(part, f"{name}[{i}]") for i, part in enumerate(parts)])
+def joined(parts: Sequence[ArrayLike], name: str, counts: Sequence[int]) -> Floats:
+    """The points of bodies that have so many points each, one after the other."""
+    if len(parts) != len(counts):
+        raise Error(name, "", f"{len(parts)} arrays", f"{len(counts)}, one for each body")
+    arrays = [points(part, f"{name}[{i}]") for i, part in enumerate(parts)]
+    for i, (array, count) in enumerate(zip(arrays, counts)):
+        if len(array) != count:
+            raise Error(f"{name}[{i}]", "", f"{len(array)} points", f"{count}, as many as body {i} has")
+    return np.concatenate(arrays)

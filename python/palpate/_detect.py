@@ -77,8 +77,9 @@ def detect(
     self_collision: whether bodies can be in contact with themselves.
     structure, cells_per_primitive, threads: as for World.
 
-    Bodies that overlap without a point of one in the other (bars that cross) have no such contacts: a UserWarning tells
-    how many edges pass through a body; World.edge_contacts has them.
+    Two bodies that overlap without a point of one in the other (bars that cross) have no such contacts: a UserWarning
+    names them; World.edge_contacts has the edges that pass through. Another one says that cells_per_primitive left out
+    cells, so that contacts may be missing.
 
     Returns Contacts in the numbers of `points`, `tets` and `body`. The given shape is the shape at rest; for bodies
     that deform from frame to frame use World. O((n + m) log n + contacts). Raises Error on bad input: an index
@@ -109,10 +110,26 @@ def detect(
     new_points = np.concatenate(points_of).astype(np.int32)
     new_tets = np.concatenate(tets_of).astype(np.int32)
     world.update(positions[new_points])
-    if len(world.contacts) == 0 and len(world.edge_contacts) > 0:
-        warnings.warn(f"no point is in another body, but edges pass through bodies in {len(world.edge_contacts)} places: "
-                      "World.edge_contacts has them", stacklevel=2)
+    _warn_of_missing(world, numbers)
     return _core.renumbered(world.contacts, new_points, new_tets, numbers)
+
+
+def _warn_of_missing(world: World, numbers: Indices) -> None:
+    """Warns where bodies overlap although no contact says so. numbers: the given number of each body."""
+    bodies = world.bodies.body_of_point
+    points, edges = world.contacts, world.edge_contacts
+    in_contact = set(zip(*np.sort([bodies[points.point], points.body], axis=0).tolist()))
+    of_edges = list(zip(*np.sort([bodies[world.bodies.edges[edges.edge][:, 0]], edges.body], axis=0).tolist()))
+    crossing = [pair for pair in of_edges if pair not in in_contact]
+    if crossing:
+        first, second = (numbers[body] for body in crossing[0])
+        more = len(set(crossing)) - 1
+        others = f", and so do {more} other pairs of bodies" if more > 1 else ", and so does another pair" if more else ""
+        who = f"bodies {first} and {second} overlap" if first != second else f"body {first} overlaps itself"
+        warnings.warn(f"{who} without a point in a tet{others}: edges pass through in {len(crossing)} places, which "
+                      "World.edge_contacts has", stacklevel=3)
+    if world.stats.dropped_cells > 0:
+        warnings.warn(f"contacts may be missing: cells_per_primitive left out {world.stats.dropped_cells} cells", stacklevel=3)
 
 
 def _in_given_numbers(error: Error, points: Rows, tets: Rows) -> Error:

@@ -145,7 +145,8 @@ class World(_core.World):
             self._update(positions)  # type: ignore[arg-type]
         except TypeError:
             if isinstance(positions, (list, tuple)) and positions and np.ndim(positions[0]) == 2:
-                self._update(_arrays.joined(positions, "positions"))
+                counts = np.bincount(self.bodies.body_of_point, minlength=len(self.bodies)).tolist()
+                self._update(_arrays.joined(positions, "positions", counts))
             else:
                 self._update(_arrays.points(cast(ArrayLike, positions), "positions"))
 

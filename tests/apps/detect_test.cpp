@@ -96,6 +96,10 @@ TEST_F(Detect, SaysWhatABudgetLeftOut) {
   EXPECT_EQ(large["late_bodies"], Json::array());
   EXPECT_GT(large["contacts"].size(), small["contacts"].size());
   EXPECT_FALSE(json_of({"detect", "scene.json", "--format", "json"}).contains("completeness"));
+  const Finished rough = palpate({"detect", "large.json", "--set", "contact.budget=null", "--format", "json",
+                                  "--cells-per-primitive", "1"});
+  EXPECT_NE(rough.err.find("the limit of cells per primitive left out "), std::string::npos) << rough.err;
+  EXPECT_GT(Json::parse(rough.out)["dropped_cells"], 0);
 }
 
 TEST_F(Detect, DoesNotDependOnStructureThreadsOrCellSize) {

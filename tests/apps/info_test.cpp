@@ -167,6 +167,7 @@ TEST_F(Info, SceneTellsBodiesMassesObstaclesFixedPointsAndContacts) {
   EXPECT_EQ(info["units"]["length"], "mm");
   EXPECT_EQ(info["time_step"], 0.02);
   EXPECT_EQ(info["duration"], 3.0);
+  EXPECT_EQ(info["edge_contacts_at_start"], 0);
   EXPECT_EQ(info["contacts_at_start"], 2) << "the tet's corner in the cube, the cube's corner in the tet";
   ASSERT_EQ(info["bodies"].size(), 2U);
   EXPECT_EQ(info["bodies"][0]["obstacle"], true);
@@ -178,8 +179,9 @@ TEST_F(Info, SceneTellsBodiesMassesObstaclesFixedPointsAndContacts) {
   EXPECT_EQ(info["total"]["tets"], 6);
 
   const std::string text = output_of({"info", "scene.json"});
-  for (const char* part : {"in mm, kg, s", "time step 0.02 s, duration 3 s", "obstacle", "2 points fixed",
-                           "1 inverted tet re-oriented", "contacts        2 at the start"}) {
+  for (const char* part :
+       {"in mm, kg, s", "time step 0.02 s, duration 3 s", "obstacle", "2 points fixed",
+        "1 inverted tet re-oriented", "contacts        2 at the start, of points; 0 of edges"}) {
     EXPECT_NE(text.find(part), std::string::npos) << part << " is not in:\n" << text;
   }
 }

@@ -154,8 +154,23 @@ def test_bodies_that_meet_by_edges_alone_are_told():
     five = np.array([[0, 1, 3, 5], [0, 3, 2, 6], [0, 5, 4, 6], [3, 5, 7, 6], [0, 3, 5, 6]])
     tets = np.vstack([five, five + 8])
     crossed = np.vstack([bar * [10, 1, 1], bar * [1, 10, 1] + [4.5, -4.5, 0.9]])
-    with pytest.warns(UserWarning, match="edges pass through bodies in [0-9]+ places"):
+    alone = "bodies 0 and 1 overlap without a point in a tet: edges pass through in [0-9]+ places"
+    with pytest.warns(UserWarning, match=alone):
         assert len(palpate.detect(crossed, tets)) == 0
+    # Contacts of other bodies do not hide them.
+    apart = np.vstack([bar, bar + [0, 0, 0.9]]) + [20, 0, 0]
+    with pytest.warns(UserWarning, match=alone):
+        assert len(palpate.detect(np.vstack([crossed, apart]), np.vstack([tets, tets + 16]))) > 0
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         palpate.detect(crossed + np.repeat([[0, 0, 0], [0, 0, 0.2]], 8, axis=0), tets)
+
+
+def test_cells_that_are_left_out_are_told():
+    points, tets = palpate.ball(radius=1.0, resolution=6)
+    both = np.vstack([points, points + [0.9, 0.2, 0.1]]), np.vstack([tets, tets + len(points)])
+    with pytest.warns(UserWarning, match="contacts may be missing: cells_per_primitive left out [0-9]+ cells"):
+        few = palpate.detect(*both, cells_per_primitive=1)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert len(palpate.detect(*both)) > len(few)

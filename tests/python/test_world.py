@@ -182,6 +182,8 @@ def test_what_cannot_be_is_refused_and_changes_nothing(stack):
         (np.where(points == points[3], np.nan, points), "finite"),
         (None, "positions"),
         ("text", "positions"),
+        ([points], "1 arrays, expected 3"),
+        ([points[:124], points[124:250], points[250:]], r"positions\[0\]: found 124 points, expected 125"),
     ]:
         with pytest.raises(palpate.Error, match=words):
             world.update(bad)
