@@ -42,7 +42,7 @@ void expect_same_state(const std::function<Simulation()>& make, int steps, const
 /// The example "everything": friction, a prescribed rotation, an attachment, plastic tissue of two materials,
 /// self-collision, a load and a grab.
 TEST(SameState, Everything) {
-  expect_same_state([] { return simulate(example("everything")); }, 120, "3443734a0716ab08");
+  expect_same_state([] { return simulate(example("everything")); }, 120, "0f199996d0d214ec");
 }
 
 /// Two tissues that are tied to each other, side by side on a plate and on a third.
@@ -66,7 +66,7 @@ TEST(SameState, Ties) {
 /// Many contacts with friction, and enough rows for several chunks of a reduction.
 TEST(SameState, Stack) {
   expect_same_state([] { return simulate(read_scene(PALPATE_SOURCE_DIR "/scenes/stacking.json")); }, 20,
-                    "d40c62625a27e1e4");
+                    "82bc82bd7fceeab9");
 }
 
 /// Three balls in rotating frames: one spins fast in the air, one fast and one slowly on a plate that tilts.
