@@ -39,7 +39,8 @@ struct PredictedStep {
 /// step. If a contact at the end of the step pushes it back to the side of entry, that contact suffices. All
 /// others get a law that keeps them apart: without damping and without memory of friction, like the
 /// speculative contacts of ContactResponse. Its stiffness stops the mass of their points within a fiftieth of
-/// the local thickness; it is multiplied by ten each time that they still pass in about this direction.
+/// the local thickness; it is multiplied by ten each time that they still pass in about this direction. What
+/// is nearer than that at the start of the step may come half of the gap nearer, so that contacts take over.
 class SweptResponse {
  public:
   explicit SweptResponse(const Bodies& bodies);

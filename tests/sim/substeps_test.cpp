@@ -131,7 +131,8 @@ TEST(Substeps, HalvesAreStepsOfHalfTheLength) {
 }
 
 TEST(Substeps, HaveTheSameBitsForEveryThreadCountAndAfterARestart) {
-  constexpr std::uint64_t seed = 953;
+  std::uint64_t seed = 1;
+  while (seed < 3000 && failed_whole_steps(seed) == 0) ++seed;
   const int steps = test::random_shot(seed).steps;
   const auto hash = [&](int threads, bool restarts) {
     Simulation simulation = shot_simulation(seed, 4, threads);
