@@ -116,17 +116,20 @@ def detect(
 
 def _warn_of_missing(world: World, numbers: Indices) -> None:
     """Warns where bodies overlap although no contact says so. numbers: the given number of each body."""
-    bodies = world.bodies.body_of_point
-    points, edges = world.contacts, world.edge_contacts
-    in_contact = set(zip(*np.sort([bodies[points.point], points.body], axis=0).tolist()))
-    of_edges = list(zip(*np.sort([bodies[world.bodies.edges[edges.edge][:, 0]], edges.body], axis=0).tolist()))
-    crossing = [pair for pair in of_edges if pair not in in_contact]
-    if crossing:
-        first, second = (numbers[body] for body in crossing[0])
-        more = len(set(crossing)) - 1
+    points, edges, body_of = world.contacts, world.edge_contacts, world.bodies.body_of_point
+    count = len(numbers)
+
+    def pairs(first: Indices, second: Indices) -> NDArray[np.int64]:
+        return np.minimum(first, second).astype(np.int64) * count + np.maximum(first, second)
+
+    of_edges = pairs(body_of[world.bodies.edges[edges.edge, 0]], edges.body)
+    alone = of_edges[~np.isin(of_edges, pairs(body_of[points.point], points.body))]
+    if alone.size > 0:
+        first, second = numbers[alone[0] // count], numbers[alone[0] % count]
+        more = len(np.unique(alone)) - 1
         others = f", and so do {more} other pairs of bodies" if more > 1 else ", and so does another pair" if more else ""
         who = f"bodies {first} and {second} overlap" if first != second else f"body {first} overlaps itself"
-        warnings.warn(f"{who} without a point in a tet{others}: edges pass through in {len(crossing)} places, which "
+        warnings.warn(f"{who} without a point in a tet{others}: edges pass through in {alone.size} places, which "
                       "World.edge_contacts has", stacklevel=3)
     if world.stats.dropped_cells > 0:
         warnings.warn(f"contacts may be missing: cells_per_primitive left out {world.stats.dropped_cells} cells", stacklevel=3)
