@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import { readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { test } from "node:test";
-import { faceColour, glued, middle, noComplaints, open, openSection, patch, pictures, pixelsOf, serve, shot, tag, text, until, write } from "./page_support.mjs";
+import { faceColour, glued, middle, noComplaints, open, openSection, patch, pictures, pixels, PNG, serve, shot, tag, text, until, write } from "./page_support.mjs";
 
 const blue = [0.2, 0.4, 0.8];
 write("blue.json", { ...glued, gravity: [0, 0, 0], bodies: [{ ...glued.bodies[0], color: blue }] });
@@ -119,10 +119,10 @@ test("a saved picture and a video have the legend, the scale bar, the axes and f
     const page = await open(server.address, { deviceScaleFactor, bypassCSP: true });
     await page.selectOption("#scene-view", "moved");
     await page.waitForTimeout(1000);
-    const seen = await pixelsOf(page, await page.locator("#view").screenshot());
+    const seen = await pixels(page, "#view");
     const [saved] = await Promise.all([page.waitForEvent("download"), page.click("#picture")]);
     const png = readFileSync(await saved.path());
-    const picture = await pixelsOf(page, png);
+    const picture = PNG.sync.read(png);
     writeFileSync(join(pictures, `viewer-saved-${deviceScaleFactor}.png`), png);
     assert.deepEqual([picture.width, picture.height], [seen.width, seen.height]);
     for (const id of ["legend", "scale-bar", "triad"]) await sameThere(page, id, seen, picture, deviceScaleFactor);
@@ -148,8 +148,8 @@ test("a saved picture and a video have the legend, the scale bar, the axes and f
         canvas.getContext("2d").drawImage(film, 0, 0);
         return canvas.toDataURL("image/png").split(",")[1];
       }, bytes);
-      writeFileSync(join(pictures, "viewer-video-frame.png"), Buffer.from(frame, "base64"));
-      const film = await pixelsOf(page, Buffer.from(frame, "base64"));
+      writeFileSync(join(pictures, "viewer-video-frame.png"), frame, "base64");
+      const film = PNG.sync.read(Buffer.from(frame, "base64"));
       assert.deepEqual([film.width, film.height], [seen.width, seen.height]);
       for (const id of ["legend", "scale-bar", "triad"]) await sameThere(page, id, seen, film, 1, 12);
     }

@@ -4,7 +4,7 @@ import { spawnSync } from "node:child_process";
 import { readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { test } from "node:test";
-import { command, faceColour, folder, glued, hasColour, middle, near, noComplaints, open, patch, patient, pixels, pixelsOf, scene, serve, shot, tag, text, until, write } from "./page_support.mjs";
+import { command, faceColour, folder, glued, hasColour, middle, near, noComplaints, open, patch, patient, pixels, PNG, scene, serve, shot, tag, text, until, write } from "./page_support.mjs";
 
 const blue = [0.2, 0.4, 0.8];
 const red = [0.8, 0.3, 0.2];
@@ -240,7 +240,7 @@ test("the faces of a cut show the field, on the scale of the scene's view, and r
   for (const own of [blue, red]) assert.equal((await patch(page, faceColour(own), 4)).count, 0, "no face has the colour of its body");
   await shot(page, "cut-field");
   // The picture of the command says the same. Its light is white, so what is left of a colour is the proportion of its channels.
-  const picture = await pixelsOf(page, readFileSync(join(folder, "flown/gone.png")));
+  const picture = PNG.sync.read(readFileSync(join(folder, "flown/gone.png")));
   const [left, right] = [middleOf(picture, 0, 0.5), middleOf(picture, 0.5, 0.8)];
   assert.ok(distance(left, quarter) < 0.06, `the box of the picture: ${left}`);
   assert.ok(distance(right, grey) < 0.06, `the wall of the picture: ${right}`);
@@ -264,7 +264,7 @@ test("bodies without a colour have the same in the page and in the picture", asy
   const server = await serve("both", { flags: ["--paused"] });
   const page = await open(server.address);
   const seen = await pixels(page);
-  const picture = await pixelsOf(page, readFileSync(join(folder, "both/front.png")));
+  const picture = PNG.sync.read(readFileSync(join(folder, "both/front.png")));
   for (const [from, to, colour] of [[0, 0.5, grey], [0.5, 1, [0.93, 0.65, 0.15]]]) {
     const [here, there] = [middleOf(seen, from, to), middleOf(picture, from, to)];
     assert.ok(distance(here, colour) < 0.08, `the page: ${here}, not ${colour}`);

@@ -4,10 +4,13 @@
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
 import { mkdirSync, mkdtempSync, rmSync, writeFileSync } from "node:fs";
+import { createRequire } from "node:module";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before } from "node:test";
-import { launch, webgl } from "../browser.mjs";
+import { launch, root, webgl } from "../browser.mjs";
+
+export const { PNG } = createRequire(join(root, "viewer/package.json"))("pngjs");
 
 export const { PALPATE_COMMAND: command, PALPATE_PICTURES: pictures } = process.env;
 export const folder = mkdtempSync(join(tmpdir(), "palpate-page-"));
@@ -119,29 +122,11 @@ export async function middle(page) {
   return { x: box.x + box.width / 2, y: box.y + box.height / 2 };
 }
 
-/** The pixels of the view: width, height, data (4 numbers a pixel). */
-export async function pixels(page) {
+/** The pixels of a part of the page, by default the view: width, height, data (4 numbers a pixel). The page's
+ * screenshot(), since a locator's waits for several frames first, which are slow without a GPU. */
+export async function pixels(page, selector = "#canvas") {
   await page.waitForTimeout(500);
-  return pixelsOf(page, await page.locator("#canvas").screenshot());
-}
-
-/** The pixels of a PNG file, decoded by the browser. */
-export async function pixelsOf(page, png) {
-  const url = `data:image/png;base64,${png.toString("base64")}`;
-  const { width, height, bytes } = await page.evaluate(async (address) => {
-    const picture = new Image();
-    picture.src = address;
-    await picture.decode();
-    const canvas = document.createElement("canvas");
-    canvas.width = picture.width, canvas.height = picture.height;
-    const context = canvas.getContext("2d");
-    context.drawImage(picture, 0, 0);
-    const { data } = context.getImageData(0, 0, picture.width, picture.height);
-    let text = "";
-    for (let i = 0; i < data.length; i += 0x8000) text += String.fromCharCode(...data.subarray(i, i + 0x8000));
-    return { width: picture.width, height: picture.height, bytes: btoa(text) };
-  }, url);
-  return { width, height, data: Buffer.from(bytes, "base64") };
+  return PNG.sync.read(await page.screenshot({ clip: await page.locator(selector).boundingBox() }));
 }
 
 /** Whether a pixel is nearly of a colour. */
