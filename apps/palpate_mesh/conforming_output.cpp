@@ -7,7 +7,6 @@
 
 #include "conforming_report.hpp"
 #include "geometry/vector.hpp"
-#include "io/atomic_file.hpp"
 #include "io/vtu_writer.hpp"
 #include "mesh_inputs.hpp"
 #include "mesh_scene.hpp"
@@ -118,9 +117,8 @@ int main_tissue(const TissueBody& body, const NamedMap& map) {
   });
 }
 
-ConformingReport write_conforming(const fs::path& folder, const MeshOptions& options, const NamedMap& map,
+ConformingReport write_conforming(SceneFolder& folder, const MeshOptions& options, const NamedMap& map,
                                   const TissuePlan& plan, ConformingMesh made) {
-  io::create_folder(folder);
   const Frame frame = in_space(map.map.frame, options.ras);
   Scene scene = first_scene(input_name(options));
   std::set<std::string> used{"tissues.vtu"};
@@ -128,7 +126,7 @@ ConformingReport write_conforming(const fs::path& folder, const MeshOptions& opt
   for (TissueBody& body : made.bodies) {
     files.push_back({body_name(body, map), mesh_file_name(body_name(body, map), used)});
     to_world(body.mesh, frame);
-    write_mesh(folder / files.back().file, body.mesh, body.tissue_of_tet, map);
+    write_mesh(folder.place(files.back().file), body.mesh, body.tissue_of_tet, map);
     const auto main = static_cast<std::size_t>(main_tissue(body, map) - 1);
     scene.bodies.push_back(
         first_body(files.back().name, files.back().file, body.rigid, map.labels[main].name.color));
@@ -137,9 +135,11 @@ ConformingReport write_conforming(const fs::path& folder, const MeshOptions& opt
     scene.bodies.back().no_contact.names = glued_bodies(made, body, plan, map);
   }
   to_world(made.mesh.mesh, frame);
-  write_mesh(folder / "tissues.vtu", made.mesh.mesh, made.mesh.labels, map);
-  io::write_atomically(folder / "scene.json", write_scene(scene));
-  return conforming_report(made, files, map, plan);
+  write_mesh(folder.place("tissues.vtu"), made.mesh.mesh, made.mesh.labels, map);
+  const std::vector<std::string> others = folder.commit(write_scene(scene));
+  ConformingReport report = conforming_report(made, files, map, plan);
+  add_warning_of_others(others, report.warnings);
+  return report;
 }
 
 }  // namespace palpate::app

@@ -1,11 +1,11 @@
 #pragma once
 
-#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "conforming_mesh.hpp"
+#include "scene_folder.hpp"
 
 namespace palpate::app {
 
@@ -16,9 +16,9 @@ struct ConformingReport {  // NOLINT(bugprone-exception-escape)
   std::vector<std::string> warnings;
 };
 
-/// Writes tissues.vtu (the whole mesh, with the labels of its tets), a .vtu for each body and then scene.json
-/// to a folder, each whole or not at all.
-ConformingReport write_conforming(const std::filesystem::path& folder, const MeshOptions& options,
-                                  const NamedMap& map, const TissuePlan& plan, ConformingMesh made);
+/// Writes tissues.vtu (the whole mesh, with the labels of its tets), a .vtu for each body and scene.json
+/// to a folder.
+ConformingReport write_conforming(SceneFolder& folder, const MeshOptions& options, const NamedMap& map,
+                                  const TissuePlan& plan, ConformingMesh made);
 
 }  // namespace palpate::app

@@ -1,8 +1,10 @@
 #include "conforming_report.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fmt/format.h>
+#include <optional>
 #include <utility>
 
 #include "geometry/box.hpp"
@@ -49,9 +51,9 @@ ordered_json interface_json(const InterfaceMatch& match, const TissuePlan& plan)
       {"closed_area", match.closed_area}};
 }
 
-/// Fraction of the area between tissues that is closed in the mesh, without open pairs; 1 if there is no such
-/// area.
-double closed_fraction(const ConformingMesh& made, const TissuePlan& plan) {
+/// Fraction of the area between tissues that is closed in the mesh, without open pairs; nothing if there is
+/// no such area.
+std::optional<double> closed_fraction(const ConformingMesh& made, const TissuePlan& plan) {
   double closed = 0.0;
   double all = 0.0;
   for (const InterfaceMatch& match : made.comparison.interfaces) {
@@ -59,7 +61,19 @@ double closed_fraction(const ConformingMesh& made, const TissuePlan& plan) {
     closed += match.closed_area;
     all += match.map_area;
   }
-  return all > 0.0 ? closed / all : 1.0;
+  return all > 0.0 ? std::optional(closed / all) : std::nullopt;
+}
+
+/// Number of points that tets of both tissues have.
+std::size_t common_points(const LabelledMesh& mesh, const std::array<int, 2>& tissues) {
+  std::vector<std::array<bool, 2>> has(mesh.mesh.points.size());
+  for (std::size_t t = 0; t < mesh.labels.size(); ++t) {
+    for (std::size_t i = 0; i < 2; ++i) {
+      if (mesh.labels[t] != tissues[i]) continue;
+      for (const Index p : mesh.mesh.tets[t]) at(has, p)[i] = true;
+    }
+  }
+  return static_cast<std::size_t>(std::ranges::count(has, std::array{true, true}));
 }
 
 double least_angle(const ConformingMesh& made) {
@@ -111,16 +125,16 @@ std::vector<std::string> warnings_of(const ConformingMesh& made, const TissuePla
       warnings.push_back(fmt::format("{}: flat tets, {:.1f} degrees", plan.names[t], match.least_angle));
   }
   for (const InterfaceMatch& match : made.comparison.interfaces) {
-    const bool open = plan.relations.between(match.tissues[0], match.tissues[1]) == Relation::open;
-    if (open && match.triangles > 0) {
-      warnings.push_back(fmt::format("{} and {} are open, but share {} triangles: use a larger --gap",
+    if (plan.relations.between(match.tissues[0], match.tissues[1]) != Relation::open) continue;
+    if (const std::size_t points = common_points(made.mesh, match.tissues); points > 0) {
+      warnings.push_back(fmt::format("{} and {} are open, but share {}: use a larger --gap or a smaller size",
                                      name_of(plan, match.tissues[0]), name_of(plan, match.tissues[1]),
-                                     match.triangles));
+                                     counted(points, "point")));
     }
   }
-  if (const double fraction = closed_fraction(made, plan); fraction < closed) {
+  if (const auto fraction = closed_fraction(made, plan); fraction && *fraction < closed) {
     warnings.push_back(
-        fmt::format("only {:.1f} % of the area where organs touch in the map is closed", 100.0 * fraction));
+        fmt::format("only {:.1f} % of the area where organs touch in the map is closed", 100.0 * *fraction));
   }
   for (const std::size_t focus : focuses_outside(made, plan)) {
     warnings.push_back(
@@ -147,9 +161,9 @@ std::string text_of(const ConformingMesh& made, const TissuePlan& plan) {
                         1e-3 * match.volume, 100.0 * match.volume / match.map_volume, match.dice,
                         match.distance.mean, match.distance.percentile_95);
   }
-  text +=
-      fmt::format("{:.2f} % of the area where organs touch is closed; sizes {} to {} mm\n",
-                  100.0 * closed_fraction(made, plan), short_text(made.least_size), short_text(made.size));
+  if (const auto fraction = closed_fraction(made, plan))
+    text += fmt::format("{:.2f} % of the area where organs touch is closed; ", 100.0 * *fraction);
+  text += fmt::format("sizes {} to {} mm\n", short_text(made.least_size), short_text(made.size));
   if (const auto& lines = made.comparison.lines) {
     text += fmt::format(
         "lines where three meet: {:.2f} mm from those of the labels (mean), 95 % within {:.2f} mm\n",
@@ -163,11 +177,12 @@ std::string text_of(const ConformingMesh& made, const TissuePlan& plan) {
 ConformingReport conforming_report(const ConformingMesh& made, const std::vector<BodyFile>& files,
                                    const NamedMap& map, const TissuePlan& plan) {
   ConformingReport report;
+  const std::optional<double> fraction = closed_fraction(made, plan);
   report.json = {{"mesh", "tissues.vtu"},
                  {"points", made.mesh.mesh.points.size()},
                  {"tets", made.mesh.mesh.tets.size()},
                  {"min_dihedral_angle", least_angle(made)},
-                 {"closed_fraction", closed_fraction(made, plan)},
+                 {"closed_fraction", fraction ? ordered_json(*fraction) : ordered_json(nullptr)},
                  {"size", made.size},
                  {"least_size", made.least_size},
                  {"meshings", made.meshings},

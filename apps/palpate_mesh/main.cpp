@@ -123,9 +123,10 @@ void mesh_each(MeshOptions& options, const fs::path& folder) {
   Stopwatch watch;
   const OrganList list = as_input([&] { return read_organs(options); });
   MeshedOrgans meshed = mesh_with_progress(list.organs, options);
-  const auto reports = write_bodies(folder, options, list.organs, std::move(meshed.organs));
   std::vector<std::string> warnings = list.warnings;
   std::ranges::move(meshed.warnings, std::back_inserter(warnings));
+  SceneFolder scene_folder(folder);
+  const auto reports = write_bodies(scene_folder, options, list.organs, std::move(meshed.organs), warnings);
   report(options, folder, reports, warnings, watch.lap());
 }
 
@@ -146,7 +147,8 @@ void mesh_together(MeshOptions& options, const fs::path& folder) {
       .check = [&] { progress.check(); }};
   ConformingMesh made = as_input([&] { return mesh_conforming(map, plan, options, told); });
   const std::size_t tets = made.mesh.mesh.tets.size();
-  const ConformingReport made_report = write_conforming(folder, options, map, plan, std::move(made));
+  SceneFolder scene_folder(folder);
+  const ConformingReport made_report = write_conforming(scene_folder, options, map, plan, std::move(made));
   const double seconds = watch.lap();
   std::vector<std::string> warnings = map.warnings;
   for (const auto& more : {label_warnings(map), made_report.warnings})

@@ -73,6 +73,10 @@ void check_mesh_options(const MeshOptions& options) {
     throw BadInput(shaping.close_holes ? "--close-holes" : "--unit", "", "a label map, which is in mm",
                    "surfaces");
   }
+  if (maps == 0 && (options.labels || shaping.smoothing_given)) {
+    throw BadInput(options.labels ? "--labels" : "--smoothing", "", "surfaces, which have no labels",
+                   "a label map");
+  }
   const Fineness& fineness = options.fineness;
   if ((fineness.size > 0.0 ? 1 : 0) + (fineness.tets > 0.0 ? 1 : 0) + (fineness.tets_each > 0.0 ? 1 : 0) >
       1) {

@@ -6,7 +6,6 @@
 #include <set>
 #include <utility>
 
-#include "io/atomic_file.hpp"
 #include "io/vtu_writer.hpp"
 #include "mesh_inputs.hpp"
 #include "mesh_scene.hpp"
@@ -14,8 +13,6 @@
 
 namespace palpate::app {
 namespace {
-
-namespace fs = std::filesystem;
 
 std::vector<std::string> warnings_of(const OrganReport& report, bool gap) {
   constexpr double lost = 0.05;
@@ -30,8 +27,9 @@ std::vector<std::string> warnings_of(const OrganReport& report, bool gap) {
   if (!report.meshed.manifold)
     warnings.emplace_back("parts of it touch in edges or points, where its surface is no manifold");
   if (fraction < 1.0 - lost || fraction > 1.0 + lost) {
-    warnings.push_back(fmt::format("the mesh has {:.1f} % of the volume: use a smaller size than {} mm",
-                                   100.0 * fraction, short_text(report.meshed.size)));
+    warnings.push_back(fmt::format("the mesh has {:.1f} % of the volume{}: use a smaller size than {} mm",
+                                   100.0 * fraction, gap ? " that the gap leaves" : "",
+                                   short_text(report.meshed.size)));
   }
   if (report.statistics.dihedral_angle.min < thin) {
     warnings.push_back(fmt::format("flat tets, {:.1f} degrees", report.statistics.dihedral_angle.min));
@@ -41,9 +39,9 @@ std::vector<std::string> warnings_of(const OrganReport& report, bool gap) {
 
 }  // namespace
 
-std::vector<OrganReport> write_bodies(const fs::path& folder, const MeshOptions& options,
-                                      const std::vector<Organ>& organs, std::vector<MeshedOrgan> meshed) {
-  io::create_folder(folder);
+std::vector<OrganReport> write_bodies(SceneFolder& folder, const MeshOptions& options,
+                                      const std::vector<Organ>& organs, std::vector<MeshedOrgan> meshed,
+                                      std::vector<std::string>& warnings) {
   Scene scene = first_scene(input_name(options));
   std::vector<OrganReport> reports;
   std::set<std::string> used;
@@ -52,7 +50,7 @@ std::vector<OrganReport> write_bodies(const fs::path& folder, const MeshOptions&
         organs[o].name, mesh_file_name(organs[o].name, used), {}, organs[o].input_volume, {}, {}};
     const TetMesh mesh = std::exchange(meshed[o].mesh, {});
     io::write_vtu(
-        folder / report.file,
+        folder.place(report.file),
         {.points = mesh.points, .tets = mesh.tets, .point_arrays = {}, .tet_arrays = {}, .time = {}});
     Bodies bodies;
     bodies.add(report.name, mesh);
@@ -64,7 +62,7 @@ std::vector<OrganReport> write_bodies(const fs::path& folder, const MeshOptions&
     scene.bodies.push_back(first_body(report.name, report.file, rigid, organs[o].color));
     reports.push_back(std::move(report));
   }
-  io::write_atomically(folder / "scene.json", write_scene(scene));
+  add_warning_of_others(folder.commit(write_scene(scene)), warnings);
   return reports;
 }
 

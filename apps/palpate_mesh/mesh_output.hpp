@@ -1,12 +1,12 @@
 #pragma once
 
-#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "mesh_options.hpp"
 #include "mesh_plan.hpp"
+#include "scene_folder.hpp"
 
 namespace palpate::app {
 
@@ -20,9 +20,10 @@ struct OrganReport {
   std::vector<std::string> warnings;
 };
 
-/// Writes a .vtu for each organ and then scene.json to a folder, each whole or not at all.
-std::vector<OrganReport> write_bodies(const std::filesystem::path& folder, const MeshOptions& options,
-                                      const std::vector<Organ>& organs, std::vector<MeshedOrgan> meshed);
+/// Writes a .vtu for each organ and scene.json to a folder. Adds warnings of the whole.
+std::vector<OrganReport> write_bodies(SceneFolder& folder, const MeshOptions& options,
+                                      const std::vector<Organ>& organs, std::vector<MeshedOrgan> meshed,
+                                      std::vector<std::string>& warnings);
 
 nlohmann::ordered_json report_json(const OrganReport& report);
 /// A table with a line for each organ.

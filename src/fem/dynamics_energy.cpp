@@ -37,22 +37,28 @@ double Dynamics::elastic_energy() {
   return apart ? sum + elements_.smoothed_energy(threads_, partial_) : sum;
 }
 
-/// Elastic and kinetic energy of a free body, J. O(elements and points of the body).
+/// Elastic and kinetic energy of a free body and that of an ambient pressure, J. O(elements and points of the
+/// body).
 double Dynamics::energy_of_body(std::size_t body) const {
   double energy = 0.0;
-  for (const Index e : elements_of_body_[static_cast<Index>(body)]) energy += energy_of_element(e);
+  for (const Index e : elements_of_body_[static_cast<Index>(body)]) {
+    const bool is_viscous = elements_.viscosity().has(static_cast<std::size_t>(e));
+    energy += is_viscous ? elements_.energy(e, positions_) + elements_.ambient_energy(e, positions_)
+                         : elements_.energy(e);
+  }
   const Range points = bodies_[body].points;
   for (Index i = points.begin; i < points.end; ++i)
     energy += 0.5 * at(masses_, i) * squared_length(at(velocities_, i));
   return energy;
 }
 
-/// Whether all that changes the energy of a body in a step is known, but for what contacts do: it is free,
-/// and no force turns with it.
+/// Whether all that changes the energy of a body in a step is known, but for what contacts do: it is free, no
+/// force turns with it, and its energy is that of its elements.
 bool Dynamics::has_known_energy(std::size_t body) const {
   if (turning_bodies_[body] == 0) return false;
-  if (has_energy_of_domains() && std::ranges::any_of(elements_of_body_[static_cast<Index>(body)],
-                                                     [&](Index e) { return elements_.is_smoothed(e); }))
+  if (elements_.smoothing().is_viscous() &&
+      std::ranges::any_of(elements_of_body_[static_cast<Index>(body)],
+                          [&](Index e) { return elements_.is_smoothed(e); }))
     return false;
   const Range points = bodies_[body].points;
   const auto turns = [&](const Vec3& force) { return force != Vec3{}; };

@@ -196,6 +196,9 @@ class Elements {
   /// Elastic energy of an element at these positions, J, with that of its viscoelastic branches, without that
   /// of an ambient pressure. The element must not be smoothed. Needs no update().
   [[nodiscard]] double energy(Index element, std::span<const Vec3> positions) const;
+  /// Energy that an ambient pressure has by the volume of an element at these positions, J: zero at rest. The
+  /// element must not be smoothed. Needs no update().
+  [[nodiscard]] double ambient_energy(Index element, std::span<const Vec3> positions) const;
   /// The deformation of an element at these positions; needs no update().
   [[nodiscard]] ElementDeformation deformation(Index element, std::span<const Vec3> positions) const;
   /// Displacements of points from rest (n_points), in the layout of the kernels.

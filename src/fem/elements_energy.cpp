@@ -24,6 +24,12 @@ double Elements::energy(Index element, std::span<const Vec3> positions) const {
   return at(volume_, element) * energy_density_of(deformation(element, positions));
 }
 
+double Elements::ambient_energy(Index element, std::span<const Vec3> positions) const {
+  if (!has_ambient(element)) return 0.0;
+  const double change = determinant(deformation_gradient(static_cast<std::size_t>(element), positions)) - 1.0;
+  return at(ambient_, element - tangent_begin_) * at(volume_, element) * change;
+}
+
 ElementDeformation Elements::deformation(Index element, std::span<const Vec3> positions) const {
   const auto e = static_cast<std::size_t>(element);
   ElementDeformation d;

@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <filesystem>
 #include <functional>
-#include <sys/resource.h>
 
 #include "apps/workplace.hpp"
+#include "support/file_size_limit.hpp"
 
 namespace palpate::test {
 namespace {
@@ -215,22 +215,6 @@ TEST_F(CheckpointedRun, ANewRunRemovesThemAll) {
   EXPECT_TRUE(checkpoints("out").empty());
 }
 
-/// A limit on the size of files simulates a full disk: the system refuses the write in the same place.
-class SizeLimit {
- public:
-  explicit SizeLimit(rlim_t bytes) {
-    ::getrlimit(RLIMIT_FSIZE, &before_);
-    const rlimit limit{bytes, before_.rlim_max};
-    ::setrlimit(RLIMIT_FSIZE, &limit);
-  }
-  ~SizeLimit() { ::setrlimit(RLIMIT_FSIZE, &before_); }
-  SizeLimit(const SizeLimit&) = delete;
-  SizeLimit& operator=(const SizeLimit&) = delete;
-
- private:
-  rlimit before_{};
-};
-
 TEST_F(CheckpointedRun, AFullDiskEndsTheRunAndLeavesTheLastGoodState) {
   // Rows grow, those of forces.csv most.
   expect_done(palpate(run_into("whole", "400")));
@@ -238,7 +222,7 @@ TEST_F(CheckpointedRun, AFullDiskEndsTheRunAndLeavesTheLastGoodState) {
   ASSERT_GT(full, 40000U);
   Finished done;
   {
-    const SizeLimit limit(full);
+    const FileSizeLimit limit(full);
     done = palpate(run_into("out", "400", {"--checkpoint-every", "10"}));
   }
   EXPECT_EQ(done.exit_code, 1);

@@ -2,6 +2,7 @@
 #include <sys/stat.h>
 
 #include "mesh_program/meshed.hpp"
+#include "support/file_size_limit.hpp"
 
 /// Input that `palpate mesh` refuses, and the files after an interrupt.
 namespace palpate::test {
@@ -187,6 +188,9 @@ TEST_F(MeshRefusals, Flags) {
   refuse({"map.nrrd", "map.nrrd"}, {"2 inputs"});
   refuse({"map.nrrd", "--unit", "m"}, {"--unit", "a label map"});
   refuse({"map.nrrd", "--close-holes", "1"}, {"--close-holes", "a label map"});
+  write("box.stl", box_stl({0, 0, 0}, {1, 1, 1}, false));
+  refuse({"box.stl", "--labels", "no.txt"}, {"--labels", "surfaces", "a label map"});
+  refuse({"box.stl", "--smoothing", "1"}, {"--smoothing", "surfaces", "a label map"});
   refuse({"map.nrrd", "--space", "world"}, {"--space", "'world'"});
   write("table.txt", "1 bone 1 2 3\n2 fat 300\n");
   refuse({"map.nrrd", "--labels", "table.txt"}, {"table.txt", "line 2", "'2 fat 300'"});
@@ -324,6 +328,41 @@ TEST_F(MeshRefusals, ASceneIsNotReplacedUnasked) {
   output_of(with({}));
   expect_error(2, with({}), {"map-bodies: found an existing folder", "--out", "--replace"});
   output_of(with({"--replace"}));
+}
+
+/// Where the new meshes cannot all be written, the old scene stays as it was: with meshes of another size,
+/// the points that it names would be others.
+TEST_F(MeshRefusals, ASceneIsReplacedAsAWhole) {
+  TestMap two = box_map();
+  for (std::size_t i = two.labels.size() / 2; i < two.labels.size(); ++i) two.labels[i] *= 2;
+  write("two.nrrd", nrrd(two));
+  const auto mesh = [&](const std::string& map, const std::string& size) {
+    return palpate({"mesh", map, "--size", size, "--out", "out", "--replace", "--quiet"});
+  };
+  ASSERT_EQ(mesh("two.nrrd", "3").exit_code, 0);
+  const std::vector<std::string> names{"label-4.vtu", "label-8.vtu", "scene.json"};
+  std::vector<std::string> before;
+  for (const std::string& name : names) before.push_back(read("out/" + name));
+  Finished failed;
+  {
+    const FileSizeLimit limit(before[0].size() + before[1].size());
+    failed = mesh("two.nrrd", "0.7");
+  }
+  EXPECT_EQ(failed.exit_code, 1);
+  EXPECT_NE(failed.err.find("File too large"), std::string::npos) << failed.err;
+  EXPECT_EQ(names_in(folder_ / "out").size(), names.size()) << "no part of the new scene is left";
+  for (std::size_t i = 0; i < names.size(); ++i) EXPECT_EQ(read("out/" + names[i]), before[i]) << names[i];
+  std::filesystem::remove(folder_ / "out/label-8.vtu");
+  std::filesystem::create_directory(folder_ / "out/label-8.vtu");
+  const Finished refused = mesh("two.nrrd", "2");
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_NE(refused.err.find("out/label-8.vtu: found a folder"), std::string::npos) << refused.err;
+  EXPECT_EQ(read("out/label-4.vtu"), before[0]);
+  std::filesystem::remove(folder_ / "out/label-8.vtu");
+  ASSERT_EQ(mesh("two.nrrd", "3").exit_code, 0);
+  const Finished one = mesh("map.nrrd", "3");
+  EXPECT_NE(one.err.find("label-8.vtu: in the folder of the scene, but not of it"), std::string::npos)
+      << one.err;
 }
 
 TEST_F(MeshRefusals, MeshesThatAreTooLargeFail) {

@@ -1,12 +1,11 @@
 #include "io/atomic_file.hpp"
 
-#include <csignal>
-#include <sys/resource.h>
 #include <sys/stat.h>
 
 #include <palpate/error.hpp>
 
 #include "results/support.hpp"
+#include "support/file_size_limit.hpp"
 
 namespace palpate::test {
 namespace {
@@ -15,28 +14,6 @@ namespace fs = std::filesystem;
 using io::AtomicFile;
 using io::write_atomically;
 using Names = std::vector<std::string>;
-
-/// During its lifetime no file of this process may grow beyond `bytes`, which simulates a full disk.
-class FileSizeLimit {
- public:
-  explicit FileSizeLimit(rlim_t bytes) {
-    ::getrlimit(RLIMIT_FSIZE, &old_);
-    rlimit limit = old_;
-    limit.rlim_cur = bytes;
-    ::setrlimit(RLIMIT_FSIZE, &limit);
-    old_handler_ = std::signal(SIGXFSZ, SIG_IGN);
-  }
-  ~FileSizeLimit() {
-    ::setrlimit(RLIMIT_FSIZE, &old_);
-    std::signal(SIGXFSZ, old_handler_);
-  }
-  FileSizeLimit(const FileSizeLimit&) = delete;
-  FileSizeLimit& operator=(const FileSizeLimit&) = delete;
-
- private:
-  rlimit old_{};
-  void (*old_handler_)(int) = nullptr;
-};
 
 /// The message of the Error that `action` throws.
 template <class Action>
