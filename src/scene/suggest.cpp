@@ -63,6 +63,7 @@ std::optional<std::string_view> nearest_name(std::string_view word, std::span<co
 }
 
 std::string expected_name(std::string_view word, std::span<const std::string_view> known) {
+  if (known.empty()) return "none";
   if (const auto name = nearest_name(word, known)) return quoted(*name);
   std::string list;
   for (auto name = known.begin(); name != known.end(); ++name) {

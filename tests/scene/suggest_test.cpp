@@ -35,6 +35,7 @@ TEST(ExpectedName, ListsAllWhenNothingIsNear) {
   EXPECT_EQ(expected_name("zzz", std::array<std::string_view, 1>{"linear"}), "'linear'");
   EXPECT_EQ(expected_name("1", std::array<std::string_view, 2>{"linear", "z"}), "one of 'linear', 'z'");
   EXPECT_EQ(expected_name("1", std::array<std::string_view, 3>{"a", "b", "a"}), "one of 'a', 'b'");
+  EXPECT_EQ(expected_name("x", {}), "none");
   EXPECT_EQ(expected_name("Z", std::array<std::string_view, 2>{"linear", "z"}), "'z'");
 }
 
