@@ -169,6 +169,22 @@ TEST_F(Conforming, OpenTissuesHaveAGap) {
     EXPECT_FALSE(around.contains(turned(triangle)));
 }
 
+TEST_F(Conforming, OpenTissuesThatShareAPointAreNamed) {
+  const TestMap map({24, 24, 24}, [](int i, int j, int k) {
+    if (std::min({i, j, k}) < 2 || std::max({i, j, k}) > 21) return 0;
+    return k < 12 ? 1 : 2;
+  });
+  write("two.nrrd", nrrd(map));
+  const auto report = [&](const std::string& gap) {
+    return conforming("two.nrrd", {"--relation", "open", "--gap", gap, "--size", "3"});
+  };
+  const Json narrow = report("1");
+  EXPECT_EQ(narrow["interfaces"][0]["triangles"], 0);
+  EXPECT_NE(narrow["warnings"].dump().find("label 1 and label 2 are open, but share"), std::string::npos);
+  EXPECT_TRUE(narrow["closed_fraction"].is_null()) << "nothing is to be closed";
+  EXPECT_EQ(report("2")["warnings"].dump().find("are open"), std::string::npos);
+}
+
 TEST_F(Conforming, LayersOfOneVoxelStayWhole) {
   // A flat sheet, and a shell of 1.5 voxels that meets the lattice at all angles.
   const TestMap map({24, 24, 24}, [](int i, int j, int k) {
