@@ -12,9 +12,6 @@ namespace {
 
 /// Iterations after which the preconditioner is renewed with the current contacts.
 constexpr int renewal = 16;
-/// A solve that only predicts positions ends after this number of directions. Where many small bodies may
-/// touch in a step, it would take hundreds, and most of its contacts are others in the next solve.
-constexpr int most_in_rough = 50;
 /// A solve that is limited by rounding ends after this number of checks of the true residual, unless products
 /// are in double.
 constexpr int max_residual_checks = 4;
@@ -267,8 +264,7 @@ SolveReport ContactSolver::solve(const parallel::Threads& threads, const Contact
   compute_residual(run);
   run.past_residual = run.residual();
   const bool fixed = goal.fixed_iterations > 0;
-  const int allowed = goal.rough ? std::min(most_in_rough, goal.max_iterations) : goal.max_iterations;
-  const int most = fixed ? goal.fixed_iterations : allowed;
+  const int most = fixed ? goal.fixed_iterations : goal.max_iterations;
   const int most_checks = run.stiff ? most : max_residual_checks;
   while (true) {
     estimate_error(run);
