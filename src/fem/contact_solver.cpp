@@ -12,20 +12,12 @@ namespace {
 
 /// Iterations after which the preconditioner is renewed with the current contacts.
 constexpr int renewal = 16;
+/// A solve that only predicts positions ends after this number of directions. Where many small bodies may
+/// touch in a step, it would take hundreds, and most of its contacts are others in the next solve.
+constexpr int most_in_rough = 50;
 /// A solve that is limited by rounding ends after this number of checks of the true residual, unless products
 /// are in double.
 constexpr int max_residual_checks = 4;
-
-/// Up to how many contacts sweeps are used. Stiff bodies need them most. But sweeps may also be the reason
-/// for a cycle, so a slow solve tries the other number, and then, if its bodies are softer, none.
-/// \param part  third of the allowed iterations
-std::size_t most_in_sweeps(bool stiff, int part) {
-  constexpr std::size_t few = 16;
-  constexpr std::size_t many = 64;
-  if (part == 1) return stiff ? few : many;
-  if (stiff) return many;
-  return part == 0 ? few : 0;
-}
 
 /// Number of directions that fit into memory.
 double most_by_memory(std::size_t rows) {
@@ -255,7 +247,6 @@ SolveReport ContactSolver::solve(const parallel::Threads& threads, const Contact
   resize(run);
   run.stiff = goal.fixed_iterations == 0 && problem.system->needs_exact_products(threads);
   run.exact_products = run.stiff;
-  reduced_.set_most_swept(most_in_sweeps(run.stiff, 0));
   choose(run, goes_on);
   start(run, goes_on);
   restart(run, true);
@@ -264,7 +255,8 @@ SolveReport ContactSolver::solve(const parallel::Threads& threads, const Contact
   compute_residual(run);
   run.past_residual = run.residual();
   const bool fixed = goal.fixed_iterations > 0;
-  const int most = fixed ? goal.fixed_iterations : goal.max_iterations;
+  const int allowed = goal.rough ? std::min(most_in_rough, goal.max_iterations) : goal.max_iterations;
+  const int most = fixed ? goal.fixed_iterations : allowed;
   const int most_checks = run.stiff ? most : max_residual_checks;
   while (true) {
     estimate_error(run);
@@ -283,7 +275,6 @@ SolveReport ContactSolver::solve(const parallel::Threads& threads, const Contact
       }
       if (done || run.residual_checks >= most_checks || run.steps >= most) break;
     }
-    if (!fixed) reduced_.set_most_swept(most_in_sweeps(run.stiff, 3 * run.steps / most));
     keep_current(run);
     if (reduced_.directions() == reduced_.capacity() && !grow(run)) shrink(run);
     precondition(run);

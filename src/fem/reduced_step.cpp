@@ -60,7 +60,7 @@ void ReducedStep::increase_capacity(std::size_t capacity) {
 void ReducedStep::set_contacts(std::span<const ContactLaw> laws, const StepFriction& friction) {
   laws_ = laws;
   friction_ = friction;
-  sweeps_help_ = true;
+  forces_help_ = true;
   constexpr std::size_t lanes = simd::law_lanes;
   const std::size_t whole_groups = (laws.size() + lanes - 1) / lanes * lanes;
   for (auto* list : {&base_velocities_, &base_forces_, &velocities_, &forces_, &trial_velocities_,

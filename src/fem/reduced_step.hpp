@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "fem/contact_law.hpp"
+#include "fem/force_newton.hpp"
 #include "parallel/parallel.hpp"
 #include "simd/aligned.hpp"
 #include "simd/contact_laws.hpp"
@@ -21,11 +22,10 @@ namespace palpate::fem {
 /// linearised here: with so few unknowns an iteration costs less than a product with A.
 ///
 /// solve() continues from the last c by Newton's method with the true derivatives. If that does not lower |F|
-/// (in the norm of G^-1), as at the limit between sticking and sliding, a few contacts are solved one after
-/// the other, in sweeps (nonlinear Gauss-Seidel: Moreau 1999, Jean 1999, Comput. Methods Appl. Mech. Eng.
-/// 177). If that does not lower |F| either, it uses Newton's method with line search on the convex problem
-/// with the bounds of friction at the last c (Haslinger's fixed point). It stops when |F| has fallen to a
-/// tenth, or after two rounds, since the next direction changes F anyway.
+/// (in the norm of G^-1), as at the limit between sticking and sliding, a few contacts are solved with their
+/// forces as unknowns (ForceNewton). If that does not lower |F| either, it uses Newton's method with line
+/// search on the convex problem with the bounds of friction at the last c (Haslinger's fixed point). It stops
+/// when |F| has fallen to a tenth, or after two rounds, since the next direction changes F anyway.
 class ReducedStep {
  public:
   static constexpr std::size_t max_directions = 48;  ///< maximum number of directions
@@ -35,13 +35,6 @@ class ReducedStep {
   void begin(std::size_t capacity);
   /// Sets the contacts. Then set their velocities at c = 0 and their rates again. The span must stay valid.
   void set_contacts(std::span<const ContactLaw> laws, const StepFriction& friction);
-  /// Sets the number of contacts up to which they may be solved in sweeps; zero at first. Another number than
-  /// before tries sweeps again. O(1).
-  void set_most_swept(std::size_t most_swept) {
-    sweeps_help_ = sweeps_help_ || most_swept != most_swept_;
-    most_swept_ = most_swept;
-  }
-
   [[nodiscard]] std::size_t directions() const { return size_; }
   [[nodiscard]] std::size_t capacity() const { return capacity_; }
   [[nodiscard]] std::span<const double> solution() const { return {c_.data(), size_}; }
@@ -96,9 +89,9 @@ class ReducedStep {
   bool step_newton(const parallel::Threads& threads);
   bool step_convex(const parallel::Threads& threads);
   void solve_lower(double* x) const;
-  void begin_sweeps();
-  double sweep();
-  bool step_sweeps(const parallel::Threads& threads);
+  void condense();
+  [[nodiscard]] CondensedContacts condensed() const;
+  bool step_forces(const parallel::Threads& threads);
   double search_line(const parallel::Threads& threads);
 
   std::span<const ContactLaw> laws_;
@@ -130,10 +123,10 @@ class ReducedStep {
   std::vector<double> f_;  ///< F at the current c; at c = 0 valid only after solve() has begun
   bool at_base_ = true;    ///< c = 0
   std::vector<double> trial_f_, trial_c_, step_, solved_;
-  std::vector<double> sweep_rows_;  ///< (contacts x 3 x size) of step_sweeps()
-  std::vector<Matrix3> responses_;  ///< (contacts) of step_sweeps(), m/(N s)
-  std::size_t most_swept_ = 0;      ///< number of contacts up to which step_sweeps() is used
-  bool sweeps_help_ = true;         ///< step_sweeps() has not failed with these contacts
+  ForceNewton force_newton_;
+  std::vector<double> condensed_rows_;  ///< (contacts x 3 x size) of step_forces()
+  std::vector<Vec3> free_velocities_;   ///< (contacts) without contact forces, m/s
+  bool forces_help_ = true;             ///< step_forces() has not failed with these contacts
   double size_of_f_ = 0.0;
 };
 

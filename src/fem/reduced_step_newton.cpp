@@ -1,7 +1,8 @@
-// The iteration of ReducedStep: Newton's method; sweeps or the convex problem if that fails.
+// The iteration of ReducedStep: Newton's method; if that fails, the forces as unknowns or the convex problem.
 #include <algorithm>
 #include <cmath>
 
+#include "fem/elimination.hpp"
 #include "fem/reduced_step.hpp"
 
 namespace palpate::fem {
@@ -11,6 +12,8 @@ constexpr std::size_t newton_grain = 256;  // contacts
 /// Stop if |F| has fallen to this fraction of its first value.
 constexpr double reduction = 0.1;
 constexpr int most_rounds = 2;
+/// Up to how many contacts their forces may be the unknowns.
+constexpr std::size_t few_contacts = 64;
 /// A minimum counts as found if slopes, or |F|, have this ratio.
 constexpr double flat = 0.1;
 
@@ -52,33 +55,10 @@ double ReducedStep::norm(std::span<const double> f) {
   return std::sqrt(square);
 }
 
-/// Solves matrix_ step = f by Gaussian elimination with pivoting; false if matrix_ is singular.
+/// Solves matrix_ step = f; false if matrix_ is singular.
 bool ReducedStep::solve_linear(std::span<const double> f, std::vector<double>& step) {
-  const std::size_t n = size_;
-  double* m = matrix_.data();
-  std::copy(f.begin(), f.begin() + static_cast<std::ptrdiff_t>(n), step.begin());
-  for (std::size_t k = 0; k < n; ++k) {
-    std::size_t pivot = k;
-    for (std::size_t i = k + 1; i < n; ++i) {
-      if (std::abs(m[stride_ * i + k]) > std::abs(m[stride_ * pivot + k])) pivot = i;
-    }
-    if (!(std::abs(m[stride_ * pivot + k]) > 0.0)) return false;
-    if (pivot != k) {
-      for (std::size_t j = k; j < n; ++j) std::swap(m[stride_ * k + j], m[stride_ * pivot + j]);
-      std::swap(step[k], step[pivot]);
-    }
-    for (std::size_t i = k + 1; i < n; ++i) {
-      const double factor = m[stride_ * i + k] / m[stride_ * k + k];
-      if (factor == 0.0) continue;
-      for (std::size_t j = k + 1; j < n; ++j) m[stride_ * i + j] -= factor * m[stride_ * k + j];
-      step[i] -= factor * step[k];
-    }
-  }
-  for (std::size_t k = n; k-- > 0;) {
-    for (std::size_t j = k + 1; j < n; ++j) step[k] -= m[stride_ * k + j] * step[j];
-    step[k] /= m[stride_ * k + k];
-  }
-  return true;
+  std::copy_n(f.begin(), size_, step.begin());
+  return solve_by_elimination(matrix_.data(), stride_, size_, step.data());
 }
 
 /// One Newton step with the true derivatives. If |F| does not decrease, returns false and changes nothing.
@@ -193,10 +173,10 @@ bool ReducedStep::solve(const parallel::Threads& threads) {
     const double enough = reduction * size_of_f_;
     for (int round = 0; round < most_rounds && size_of_f_ > enough; ++round) {
       if (step_newton(threads)) continue;
-      if (sweeps_help_ && laws_.size() <= most_swept_ && step_sweeps(threads)) continue;
+      if (forces_help_ && laws_.size() <= few_contacts && step_forces(threads)) continue;
       const double before = size_of_f_;
       if (!step_convex(threads)) break;
-      sweeps_help_ = sweeps_help_ || size_of_f_ > before;
+      forces_help_ = forces_help_ || size_of_f_ > before;
     }
   }
   for (std::size_t i = 0; i < change_.size(); ++i) change_[i] = c_[i] - change_[i];

@@ -131,7 +131,7 @@ Outcome run(std::uint64_t first, int count) {
 
 TEST(StiffBodies, FallAndConverge) {
   const Outcome all = run(1, 40);
-  EXPECT_LE(all.not_converged, 7);  // of 2400
+  EXPECT_LE(all.not_converged, 2);  // of 2400
   EXPECT_EQ(all.gained, 0);
   EXPECT_EQ(all.off, 0);
 }
@@ -177,7 +177,7 @@ TEST(StiffBodies, StepsThatConvergeObeyCoulombsLaw) {
 
 TEST(StiffBodies, DISABLED_ThousandFallAndConverge) {
   const Outcome all = run(1000, 1000);
-  EXPECT_LE(all.not_converged, 63);  // of 60,000
+  EXPECT_LE(all.not_converged, 40);  // of 60,000
   EXPECT_LE(all.gained, 2);
   EXPECT_EQ(all.off, 0);
 }
