@@ -14,24 +14,27 @@ constexpr int most_from_given = 20;  // iterations
 constexpr int most_from_zero = 30;
 constexpr int most_sweeps = 20;
 
-Vec3 add_row(const CondensedContacts& problem, std::size_t contact, std::span<const double> y, Vec3 u) {
-  const double* rows = &problem.rows[3 * problem.size * contact];
-  const std::size_t n = problem.size;
-  for (std::size_t i = 0; i < n; ++i) u += y[i] * Vec3{rows[i], rows[n + i], rows[2 * n + i]};
-  return u;
-}
-
-/// y += h Y_k^T f
-void add_force(const CondensedContacts& problem, std::size_t contact, const Vec3& f, std::span<double> y) {
-  const double* rows = &problem.rows[3 * problem.size * contact];
-  const std::size_t n = problem.size;
-  const Vec3 impulse = problem.friction.time_step * f;
-  for (std::size_t i = 0; i < n; ++i) y[i] += dot(impulse, Vec3{rows[i], rows[n + i], rows[2 * n + i]});
-}
-
 }  // namespace
 
-ForceNewton::Scaled::Projection ForceNewton::Scaled::project(const Vec3& f, const Vec3& v) const {
+Vec3 CondensedContacts::add_velocity(std::size_t contact, std::span<const double> y, Vec3 start) const {
+  const double* row = &rows[3 * size * contact];
+  for (std::size_t i = 0; i < size; ++i) start += y[i] * Vec3{row[i], row[size + i], row[2 * size + i]};
+  return start;
+}
+
+void CondensedContacts::add_impulse(std::size_t contact, const Vec3& f, std::span<double> y) const {
+  const double* row = &rows[3 * size * contact];
+  const Vec3 impulse = friction.time_step * f;
+  for (std::size_t i = 0; i < size; ++i) y[i] += dot(impulse, Vec3{row[i], row[size + i], row[2 * size + i]});
+}
+
+void CondensedContacts::find_y(std::span<const Vec3> forces, std::span<double> y) const {
+  std::ranges::fill(y, 0.0);
+  for (std::size_t k = 0; k < forces.size(); ++k) add_impulse(k, forces[k], y);
+}
+
+ForceNewton::Scaled::Projection ForceNewton::Scaled::project(const Vec3& f, const Vec3& v,
+                                                             double friction) const {
   const double along_f = dot(f, normal);
   const double along_v = dot(v, normal);
   Projection p;
@@ -42,12 +45,6 @@ ForceNewton::Scaled::Projection ForceNewton::Scaled::project(const Vec3& f, cons
   p.limit = size > bound ? bound / size : 1.0;
   p.force = p.normal * normal + p.limit * p.pull;
   return p;
-}
-
-void ForceNewton::velocity(const CondensedContacts& problem, std::span<const Vec3> forces,
-                           std::span<double> y) {
-  std::ranges::fill(y, 0.0);
-  for (std::size_t k = 0; k < forces.size(); ++k) add_force(problem, k, forces[k], y);
 }
 
 void ForceNewton::begin(const CondensedContacts& problem) {
@@ -79,7 +76,6 @@ void ForceNewton::begin(const CondensedContacts& problem) {
     }
     Scaled& scaled = scaled_[k];
     scaled.normal = law.direction;
-    scaled.friction = problem.friction.coefficient;
     scaled.compliance = 1.0 / resistance;
     scaled.along = 1.0 / (along + scaled.compliance);
     scaled.across = 1.0 / (0.5 * (trace - along) + scaled.compliance);
@@ -96,7 +92,7 @@ double ForceNewton::error(const CondensedContacts& problem, const Iterate& at) c
   for (std::size_t k = 0; k < problem.laws.size(); ++k) {
     const Scaled& scaled = scaled_[k];
     if (scaled.compliance == 0.0) continue;
-    const Vec3 off = at.forces[k] - scaled.project(at.forces[k], at.v[k]).force;
+    const Vec3 off = at.forces[k] - scaled.project(at.forces[k], at.v[k], problem.friction.coefficient).force;
     squares += squared_length(off) / (scaled.along * scaled.along);
   }
   return std::sqrt(squares);
@@ -107,7 +103,7 @@ void ForceNewton::linearise(const CondensedContacts& problem) {
   for (std::size_t k = 0; k < problem.laws.size(); ++k) {
     const Scaled& scaled = scaled_[k];
     if (scaled.compliance == 0.0) continue;
-    const auto projection = scaled.project(now_.forces[k], now_.v[k]);
+    const auto projection = scaled.project(now_.forces[k], now_.v[k], problem.friction.coefficient);
     const Vec3& n = scaled.normal;
     Matrix3 of_normal;   // derivative of the projection by the normal part
     Matrix3 of_tangent;  // and by the tangential part
@@ -116,7 +112,7 @@ void ForceNewton::linearise(const CondensedContacts& problem) {
       of_tangent = identity() - of_normal;
       if (projection.limit < 1.0) {
         const Vec3 t = normalized(projection.pull);
-        add_outer(of_normal, scaled.friction, t, n);
+        add_outer(of_normal, problem.friction.coefficient, t, n);
         add_outer(of_tangent, -1.0, t, t);
         for (double& value : of_tangent.values) value *= projection.limit;
       }
@@ -142,7 +138,7 @@ bool ForceNewton::find_step(const CondensedContacts& problem) {
   std::ranges::fill(y_, 0.0);
   for (std::size_t k = 0; k < problem.laws.size(); ++k) {
     if (scaled_[k].compliance == 0.0) continue;
-    add_force(problem, k, shift_[k], y_);
+    problem.add_impulse(k, shift_[k], y_);
     const double* rows = &problem.rows[3 * n * k];
     const Matrix3 by_column = transposed(stiffness_[k]);
     for (std::size_t i = 0; i < n; ++i) {
@@ -157,7 +153,7 @@ bool ForceNewton::find_step(const CondensedContacts& problem) {
   if (!solve_by_elimination(matrix_.data(), n, n, y_.data())) return false;
   for (std::size_t k = 0; k < problem.laws.size(); ++k) {
     if (scaled_[k].compliance == 0.0) continue;
-    const Vec3 du = add_row(problem, k, y_, {});
+    const Vec3 du = problem.add_velocity(k, y_, {});
     step_.forces[k] = shift_[k] - stiffness_[k] * du;
     step_.v[k] = du + scaled_[k].compliance * step_.forces[k];
   }
@@ -172,9 +168,9 @@ bool ForceNewton::iterate(const CondensedContacts& problem, int most, std::span<
   constexpr double enough = 1e-9;
   const std::size_t count = problem.laws.size();
   std::ranges::copy(forces, now_.forces.begin());
-  velocity(problem, forces, y_);
+  problem.find_y(forces, y_);
   for (std::size_t k = 0; k < count; ++k)
-    now_.v[k] = add_row(problem, k, y_, scaled_[k].start + scaled_[k].compliance * now_.forces[k]);
+    now_.v[k] = problem.add_velocity(k, y_, scaled_[k].start + scaled_[k].compliance * now_.forces[k]);
   double found = error(problem, now_);
   std::array<double, 5> last{};
   last.fill(found);
@@ -202,14 +198,14 @@ bool ForceNewton::iterate(const CondensedContacts& problem, int most, std::span<
 
 /// Projected Gauss-Seidel.
 void ForceNewton::sweep(const CondensedContacts& problem, std::span<Vec3> forces) {
-  velocity(problem, forces, y_);
+  problem.find_y(forces, y_);
   for (int i = 0; i < most_sweeps; ++i) {
     for (std::size_t k = 0; k < forces.size(); ++k) {
       const Scaled& scaled = scaled_[k];
       if (scaled.compliance == 0.0) continue;
-      const Vec3 v = add_row(problem, k, y_, scaled.start + scaled.compliance * forces[k]);
-      const Vec3 force = scaled.project(forces[k], v).force;
-      add_force(problem, k, force - forces[k], y_);
+      const Vec3 v = problem.add_velocity(k, y_, scaled.start + scaled.compliance * forces[k]);
+      const Vec3 force = scaled.project(forces[k], v, problem.friction.coefficient).force;
+      problem.add_impulse(k, force - forces[k], y_);
       forces[k] = force;
     }
   }

@@ -18,6 +18,13 @@ struct CondensedContacts {
   std::span<const Vec3> free;    ///< relative velocities without contact forces, m/s
   std::span<const double> rows;  ///< (contacts x 3 x size) Y
   std::size_t size = 0;          ///< length of y
+
+  /// start + Y_k y
+  [[nodiscard]] Vec3 add_velocity(std::size_t contact, std::span<const double> y, Vec3 start) const;
+  /// y += h Y_k^T f
+  void add_impulse(std::size_t contact, const Vec3& f, std::span<double> y) const;
+  /// y of these forces.
+  void find_y(std::span<const Vec3> forces, std::span<double> y) const;
 };
 
 /// Finds the forces f_k of the laws at the velocities u_k that they cause, with the forces as unknowns.
@@ -39,14 +46,11 @@ class ForceNewton {
   /// its memory. O(contacts size^2 + size^3) an iteration.
   /// \param forces  (contacts) N
   bool solve(const CondensedContacts& problem, std::span<Vec3> forces);
-  /// y for these forces.
-  static void velocity(const CondensedContacts& problem, std::span<const Vec3> forces, std::span<double> y);
 
  private:
   /// The law of a contact, written as a projection.
   struct Scaled {
     Vec3 normal{};
-    double friction = 0.0;
     double compliance = 0.0;  ///< 1 / R; 0: the law has no force
     double along = 0.0;       ///< rho of the normal part, N s/m
     double across = 0.0;      ///< rho of the tangential part
@@ -58,7 +62,7 @@ class ForceNewton {
       Vec3 pull{};          ///< tangential part before it is limited
       double limit = 1.0;   ///< factor that limits it
     };
-    [[nodiscard]] Projection project(const Vec3& f, const Vec3& v) const;
+    [[nodiscard]] Projection project(const Vec3& f, const Vec3& v, double friction) const;
   };
   struct Iterate {
     std::vector<Vec3> forces;

@@ -26,14 +26,10 @@ void ReducedStep::condense() {
   }
   std::copy_n(g_.begin(), n, solved_.begin());
   solve_lower(solved_.data());
-  ForceNewton::velocity(condensed(), {base_forces_.data(), count}, {step_.data(), n});
+  condensed().find_y({base_forces_.data(), count}, {step_.data(), n});
   for (std::size_t i = 0; i < n; ++i) solved_[i] -= step_[i];
-  for (std::size_t k = 0; k < count; ++k) {
-    const double* rows = &condensed_rows_[3 * n * k];
-    Vec3 u = base_velocities_[k];
-    for (std::size_t i = 0; i < n; ++i) u += solved_[i] * Vec3{rows[i], rows[n + i], rows[2 * n + i]};
-    free_velocities_[k] = u;
-  }
+  for (std::size_t k = 0; k < count; ++k)
+    free_velocities_[k] = condensed().add_velocity(k, solved_, base_velocities_[k]);
 }
 
 CondensedContacts ReducedStep::condensed() const {
@@ -41,8 +37,8 @@ CondensedContacts ReducedStep::condensed() const {
       .laws = laws_, .friction = friction_, .free = free_velocities_, .rows = condensed_rows_, .size = size_};
 }
 
-/// Solves for the forces of the contacts. If |F| does not decrease clearly, returns false, and c is
-/// unchanged.
+/// Solves for the forces of the contacts, as far as ForceNewton can. If |F| does not decrease clearly,
+/// returns false, and c is unchanged.
 bool ReducedStep::step_forces(const parallel::Threads& threads) {
   const std::size_t n = size_;
   const std::size_t count = laws_.size();
@@ -50,7 +46,7 @@ bool ReducedStep::step_forces(const parallel::Threads& threads) {
   for (std::size_t k = 0; k < count; ++k) trial_forces_[k] = base_forces_[k] + forces_[k];
   const std::span<Vec3> forces(trial_forces_.data(), count);
   force_newton_.solve(condensed(), forces);
-  ForceNewton::velocity(condensed(), forces, {step_.data(), n});
+  condensed().find_y(forces, {step_.data(), n});
   for (std::size_t i = n; i-- > 0;) {
     double sum = solved_[i] + step_[i];
     for (std::size_t k = i + 1; k < n; ++k) sum -= lower_[stride_ * k + i] * trial_c_[k];

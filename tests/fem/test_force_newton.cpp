@@ -101,7 +101,7 @@ TEST(ForceNewton, ForcesAreThoseOfTheLawsAtTheirVelocities) {
     }
   }
   std::printf("%d of %d solved; %d open, %d stuck, %d sliding\n", solved, cases, open, stuck, sliding);
-  EXPECT_GT(solved, cases * 9 / 10);
+  EXPECT_GT(solved, cases * 99 / 100);
   EXPECT_GT(open, 1000);
   EXPECT_GT(stuck, 1000);
   EXPECT_GT(sliding, 1000);
