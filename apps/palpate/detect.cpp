@@ -88,7 +88,8 @@ Json edge_contact_json(const Bodies& bodies, const EdgeContacts& contacts, std::
 }
 
 /// One contact per line, so that tools that work on lines can be used.
-std::string json(const Scene& scene, const Bodies& bodies, const Detector& detector) {
+std::string json(const Scene& scene, const Bodies& bodies, std::span<const std::uint8_t> obstacles,
+                 const Detector& detector) {
   const Contacts& contacts = detector.contacts();
   Json list = Json::array();
   for (const Body& body : bodies.bodies()) {
@@ -104,6 +105,9 @@ std::string json(const Scene& scene, const Bodies& bodies, const Detector& detec
   }
   if (scene.settings.detection.cells_per_primitive)
     text += ",\n\"dropped_cells\": " + Json(detector.counts().dropped_cells).dump();
+  text += ",\n\"too_coarse\": " + coarse_pairs_json(bodies, coarse_pairs(bodies, obstacles)).dump();
+  if (!scene.settings.detection.edge_contacts)
+    text += ",\n\"unseen_pairs\": " + Json(detector.counts().unseen_pairs).dump();
   text += ",\n\"contacts\": [";
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     text += (c == 0 ? "\n" : ",\n") + contact_json(bodies, contacts, c).dump();
@@ -142,8 +146,9 @@ int detect(const DetectOptions& options) {
     return made;
   });
   const Contacts& contacts = detector.contacts();
-  const std::string text =
-      format_names[options.format] == "csv" ? csv(bodies, contacts) : json(input.scene, bodies, detector);
+  const std::string text = format_names[options.format] == "csv"
+                               ? csv(bodies, contacts)
+                               : json(input.scene, bodies, model.obstacles, detector);
   if (options.out) {
     io::write_atomically(*options.out, text);
   } else {
@@ -159,6 +164,7 @@ int detect(const DetectOptions& options) {
       coarse_pairs_text(bodies, coarse_pairs(bodies, model.obstacles), input.scene.units.length);
   std::istringstream lines(coarse);
   for (std::string line; std::getline(lines, line);) print_note(line);
+  if (counts.unseen_pairs > 0) print_note(unseen_pairs_text(counts.unseen_pairs));
   if (counts.late_clusters > 0) {
     print_note(fmt::format("the budget was too small: {} % of the work done, contacts may be missing in {}",
                            short_text(100.0 * counts.completeness), late_bodies_text(bodies, detector)));

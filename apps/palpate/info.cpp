@@ -130,6 +130,7 @@ Json scene_json(const SceneFacts& facts) {
       {"cell_size", start.cell_size},
       {"contacts_at_start", start.contacts},
       {"edge_contacts_at_start", start.edge_contacts},
+      {"unseen_pairs_at_start", start.unseen_pairs},
       {"overlaps_at_start", overlaps_json(bodies, facts.overlaps())},
       {"too_coarse", coarse_pairs_json(bodies, coarse_pairs(bodies, facts.obstacles))}};
   json["total"] = statistics_json(mesh_statistics(bodies, bodies.points_rest()));
@@ -186,6 +187,7 @@ std::string scene_text(const SceneFacts& facts) {
   text += fmt::format("cell size       {} {}\n", short_text(start.cell_size), units.length);
   text += fmt::format("contacts        {} at the start, of points; {} of edges\n", start.contacts,
                       start.edge_contacts);
+  if (start.unseen_pairs > 0) text += unseen_pairs_text(start.unseen_pairs) + "\n";
   text += overlaps_text(bodies, facts.overlaps(), units.length);
   return text + coarse_pairs_text(bodies, coarse_pairs(bodies, facts.obstacles), units.length);
 }

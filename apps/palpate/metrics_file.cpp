@@ -19,7 +19,8 @@ std::string header(const Units& units, const OutcomeProbe& outcomes) {
     line += fmt::format(",wall_{} [s]", phase);
   }
   line +=
-      ",contacts,border_edges,crossings,edge_contacts,candidates,movers,depth_fallbacks,raised_depths,"
+      ",contacts,border_edges,crossings,edge_contacts,unseen_pairs,candidates,movers,depth_fallbacks,raised_"
+      "depths,"
       "cancelled_directions,"
       "regions_without_border,border_edges_without_crossing,folded_pairs,approximated_primitives,"
       "dropped_cells,late_clusters,rough_depths,completeness,looks_ahead,sort,cuckoo_occupancy,cuckoo_"
@@ -58,9 +59,9 @@ void MetricsFile::add(const StepMetrics& m, const ForcesOfStep& forces,
   const DetectionCounts& c = m.detection;
   const std::string_view sort = c.sort ? sort_names[static_cast<std::size_t>(*c.sort)] : "none";
   for (const std::size_t count :
-       {c.contacts, c.border_edges, c.crossings, c.edge_contacts, c.candidates, c.movers, c.depth_fallbacks,
-        c.raised_depths, c.cancelled_directions, c.regions_without_border, c.border_edges_without_crossing,
-        c.folded_pairs, c.approximated_primitives, c.dropped_cells}) {
+       {c.contacts, c.border_edges, c.crossings, c.edge_contacts, c.unseen_pairs, c.candidates, c.movers,
+        c.depth_fallbacks, c.raised_depths, c.cancelled_directions, c.regions_without_border,
+        c.border_edges_without_crossing, c.folded_pairs, c.approximated_primitives, c.dropped_cells}) {
     line += fmt::format(",{}", count);
   }
   line +=

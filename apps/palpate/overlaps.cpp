@@ -35,6 +35,12 @@ std::string overlaps_text(const Bodies& bodies, std::vector<Overlap> list, const
   return text;
 }
 
+std::string unseen_pairs_text(std::size_t pairs) {
+  return fmt::format(
+      "no contact      in {} of bodies that cross edge on edge: contact.edge_contacts is false",
+      counted(pairs, "pair"));
+}
+
 nlohmann::ordered_json coarse_pairs_json(const Bodies& bodies, const std::vector<CoarsePair>& list) {
   auto json = nlohmann::ordered_json::array();
   for (const CoarsePair& pair : list) {

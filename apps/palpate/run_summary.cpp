@@ -29,6 +29,7 @@ std::string too_far_line(const RunReport& report) {
   if (outcome.steps_too_far == 0) return "";
   const DetectionSettings& detection = report.simulation.settings().detection;
   std::string cures = "a smaller time_step";
+  if (!detection.edge_contacts) cures += ", or contact.edge_contacts true";
   if (detection.continuous == ContinuousDetection::off) cures += R"(, or contact.continuous "limited")";
   if (detection.continuous == ContinuousDetection::limited) cures += R"(, or contact.continuous "full")";
   if (detection.cells_per_primitive) cures += R"(, or contact.cells_per_primitive "exact")";

@@ -117,10 +117,14 @@ struct DepthCounts {
 struct DetectionCounts : DepthCounts {
   std::size_t contacts = 0;       ///< points in tets of other bodies, or of their own
   std::size_t edge_contacts = 0;  ///< surface edges that pass through a body, both ends outside
-  std::size_t border_edges = 0;   ///< with one end in contact and the other not
-  std::size_t crossings = 0;      ///< of border edges with the surface
-  std::size_t candidates = 0;     ///< pairs proposed and tested, both queries; of clusters: docs/query.md
-  std::size_t folded_pairs = 0;   ///< points in tets of their own body because tissue is inverted there
+  /// Without edge contacts: pairs of bodies whose surfaces cross although there is no contact between them,
+  /// so that they pass through each other. They are sought in every eighth detection, and the number stays
+  /// until the next search. Zero with edge contacts.
+  std::size_t unseen_pairs = 0;
+  std::size_t border_edges = 0;  ///< with one end in contact and the other not
+  std::size_t crossings = 0;     ///< of border edges with the surface
+  std::size_t candidates = 0;    ///< pairs proposed and tested, both queries; of clusters: docs/query.md
+  std::size_t folded_pairs = 0;  ///< points in tets of their own body because tissue is inverted there
   std::size_t movers = 0;  ///< points whose cell changed since the last detection; all, after a new domain
   /// Approximate mode: primitives (tets and border edges) that cover more cells than they have slots.
   std::size_t approximated_primitives = 0;

@@ -36,7 +36,8 @@ struct StepMetrics {
   /// unless ContinuousDetection::off.
   std::int64_t passes = 0;
   /// Pairs of bodies that could meet, with a relative motion so large that parts could pass through; where
-  /// contacts may be missing (DetectionCounts::dropped_cells, completeness), with any relative motion.
+  /// contacts may be missing (DetectionCounts::dropped_cells, completeness, unseen_pairs), with any relative
+  /// motion.
   std::int64_t pairs_that_could_pass = 0;
   double thinnest = 0.0;         ///< m, least local thickness of these parts; 0: none
   bool looks_ahead = true;       ///< whether there was time to search for speculative contacts

@@ -220,9 +220,8 @@ class Simulation(_core.Simulation):
                 stacklevel=2,
             )
         if passed := self.steps_too_far - too_far:
-            cure = "" if self._searches_all_passes() else ', or contact={"continuous": "full"}'
             warnings.warn(
-                f"in {passed} of {done} steps something may have gone through a body: take a smaller time_step{cure}",
+                f"in {passed} of {done} steps something may have gone through a body: take {self._cures_of_passes()}",
                 RuntimeWarning,
                 stacklevel=2,
             )

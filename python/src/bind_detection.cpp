@@ -143,6 +143,7 @@ void bind_counts(nb::module_& m) {
   Fields<Counts>(counts)
       .add("contacts", &Counts::contacts, doc::DetectionCounts_contacts)
       .add("edge_contacts", &Counts::edge_contacts, doc::DetectionCounts_edge_contacts)
+      .add("unseen_pairs", &Counts::unseen_pairs, doc::DetectionCounts_unseen_pairs)
       .add("border_edges", &Counts::border_edges, doc::DetectionCounts_border_edges)
       .add("crossings", &Counts::crossings, doc::DetectionCounts_crossings)
       .add("candidates", &Counts::candidates, doc::DetectionCounts_candidates)

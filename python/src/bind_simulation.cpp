@@ -161,9 +161,15 @@ void bind_simulation(nb::module_& m) {
           "stage_warnings", [](Simulation& s) { return s.stages().warnings(); },
           "Warnings of the stages that have ended, a line each: a condition that was not met, and a body "
           "that was put into a rigid one, as a plate into bone.")
-      .def(
-          "_searches_all_passes",
-          [](Simulation& s) { return s.idle().settings().detection.continuous == ContinuousDetection::full; })
+      .def("_cures_of_passes",
+           [](Simulation& s) {
+             const DetectionSettings& detection = s.idle().settings().detection;
+             std::string text = "a smaller time_step";
+             if (!detection.edge_contacts) text += R"(, or contact={"edge_contacts": True})";
+             if (detection.continuous != ContinuousDetection::full)
+               text += R"(, or contact={"continuous": "full"})";
+             return text;
+           })
       .def(
           "_outcomes", [](Simulation& s) { return outcome_rows(s, s.outcomes().values(s.idle())); },
           nb::sig(

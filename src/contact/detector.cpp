@@ -22,7 +22,6 @@ const Bodies& checked(const Bodies& bodies) {
 Detector::State::State(const Bodies& b, const DetectionSettings& settings,
                        std::vector<std::uint8_t> immovable, int threads)
     : bodies(checked(b)),
-      wants_edge_contacts(settings.edge_contacts),
       frame(b, settings, std::move(immovable), threads),
       points(make_point_query(b, settings)),
       edges(make_crossing_query(b, settings)),
@@ -34,8 +33,12 @@ Detector::State::State(const Bodies& b, const DetectionSettings& settings,
         std::make_unique<DetectionBudget>(settings, b.bodies().size(), *points->queue(), *edges->queue());
   }
   const bool meets_itself = std::ranges::any_of(frame.may_touch().self_collision, std::identity{});
-  if (wants_edge_contacts && (b.body_count() > 1 || meets_itself))
+  if (b.body_count() == 1 && !meets_itself) return;
+  if (settings.edge_contacts) {
     edge_contacts = std::make_unique<EdgeContactQuery>(b, settings.coherence);
+  } else {
+    unseen = std::make_unique<UnseenPairs>(b, settings.coherence);
+  }
 }
 
 void Detector::State::update(std::span<const Vec3> positions, bool alone) {
@@ -62,9 +65,14 @@ void Detector::State::find_crossings() {
   const BorderEdgeView border{tables.now().contacts(), border_edges.edges()};
   edges->find(frame, border, budget ? budget->begin_crossings() : std::nullopt);
   crossings.set(frame.threads(), bodies, frame.positions(), border, edges->found());
+  const Deadline deadline = budget ? budget->edges_deadline() : Deadline{};
+  // Bodies that pass through each other do so for many detections.
+  constexpr std::uint64_t detections_between = 8;
+  if (unseen && frame.detections() % detections_between == 0)
+    counts.unseen_pairs = unseen->count(frame, tables.now(), deadline);
   if (!edge_contacts) return;
   edge_contacts->find(frame.threads(), bodies, frame.positions(), frame.may_touch(), tables.now(),
-                      tables.now().edges(), budget ? budget->edges_deadline() : Deadline{});
+                      tables.now().edges(), deadline);
   if (budget) budget->end_edges(edge_contacts->work());
 }
 

@@ -118,7 +118,7 @@ void DetectorSteps::set_tied_points(Detector& detector, std::vector<std::array<I
 }
 DetectedSurfaces DetectorSteps::surfaces(const Detector& detector) {
   const Detector::State& state = *detector.state_;
-  if (!state.wants_edge_contacts) return {};
+  if (!state.edge_contacts) return {};
   return {&state.depth.normals(), &state.border_edges, &state.crossings};
 }
 void DetectorSteps::hold(Detector& detector) {

@@ -17,6 +17,7 @@
 #include "contact/frame.hpp"
 #include "contact/plane_cache.hpp"
 #include "contact/point_query.hpp"
+#include "contact/unseen_pairs.hpp"
 
 namespace palpate {
 
@@ -54,13 +55,13 @@ struct Detector::State {
   void check_coherence(const DetectorMemory& memory) const;
 
   const Bodies& bodies;
-  bool wants_edge_contacts;
   Frame frame;
   std::unique_ptr<PointQuery> points;
   std::unique_ptr<CrossingQuery> edges;
   std::unique_ptr<DetectionBudget> budget;  ///< null: no limit
   std::unique_ptr<EdgeContactQuery>
-      edge_contacts;  ///< null: not wanted, or one body that cannot touch itself
+      edge_contacts;                    ///< null: not wanted, or one body that cannot touch itself
+  std::unique_ptr<UnseenPairs> unseen;  ///< if edge contacts are not wanted
   ContactTables tables;
   PlaneCache plane_cache;  ///< with a budget in time
   BorderEdges border_edges;

@@ -25,7 +25,7 @@ inline bool works_on_clusters(const DetectionSettings& settings) {
 }
 
 /// The input of all queries of a detection: the positions, the lattice of cells around them, their fixed
-/// positions, and which bodies may touch. Queries read it through spans and indices only.
+/// positions, and which bodies may touch. Queries only read it.
 class Frame {
  public:
   /// Throws Error if a setting is out of range.

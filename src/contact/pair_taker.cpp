@@ -16,6 +16,7 @@ bool PairTaker::take(const Cluster& cluster, Index point, std::uint32_t primitiv
   if (!own && !may_touch.ignored_pairs.empty() &&
       may_touch.ignores(at(bodies.body_of_point(), point), cluster.body))
     return false;
+  const bool tied = !own && may_touch.ties(at(bodies.body_of_point(), point), cluster.body);
   const Index* const tets = context_.clusters.primitives.data() + cluster.first;
   const std::size_t before = found_.size();
   const std::uint32_t sure = primitives >> 16;
@@ -23,9 +24,9 @@ bool PairTaker::take(const Cluster& cluster, Index point, std::uint32_t primitiv
     const int lane = std::countr_zero(left);
     const PointInTet pair{point, tets[lane]};
     if ((sure >> lane & 1) == 0 && !is_inside(pair)) continue;
-    if (own ? is_folded(pair, cluster.body)
-            : may_touch.are_tied(at(bodies.body_of_point(), point), std::array{point}, cluster.body,
-                                 at(bodies.tets(), pair.tet)))
+    if (own && is_folded(pair, cluster.body)) continue;
+    if (tied && may_touch.are_tied(at(bodies.body_of_point(), point), std::array{point}, cluster.body,
+                                   at(bodies.tets(), pair.tet)))
       continue;
     found_.push_back(pair);
   }

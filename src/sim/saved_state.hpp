@@ -22,7 +22,7 @@
 
 namespace palpate {
 
-inline constexpr Seal state_seal{.kind = "PALPSTAT", .version = 15};
+inline constexpr Seal state_seal{.kind = "PALPSTAT", .version = 16};
 
 /// Hashes (FNV-1a, 64 bits) of the model and settings of a state: a simulation accepts only states with its
 /// own fingerprint. Settings that do not affect results (structure, order, sort, cell size, threads) are left
@@ -85,8 +85,8 @@ void serialize(Archive& archive, DetectionCounts& c) {
   archive(c.depth_fallbacks, c.cancelled_directions, c.raised_depths, c.regions_without_border,
           c.border_edges_without_crossing, c.rough_depths, c.contacts, c.edge_contacts, c.border_edges,
           c.crossings, c.candidates, c.folded_pairs, c.movers, c.approximated_primitives, c.dropped_cells,
-          c.late_clusters, c.completeness, c.cells, c.cell_size, c.cell_doublings, c.cuckoo_points,
-          c.cuckoo_edges);
+          c.late_clusters, c.completeness, c.unseen_pairs, c.cells, c.cell_size, c.cell_doublings,
+          c.cuckoo_points, c.cuckoo_edges);
   bool sorts = c.sort.has_value();
   archive(sorts);
   if (!sorts) return c.sort.reset();

@@ -76,11 +76,13 @@ struct Simulation::State {
   [[nodiscard]] bool is_limited(std::int64_t passes) const;
   bool stop_passes();
   void count_passes();
-  /// What the loop of solves and detections goes by; the metrics only tell of it.
+  /// What the loop of solves and detections of a substep goes by, besides the metrics of the step or substep
+  /// before (`last`). The metrics of the current one only tell of it.
   struct Progress {
     int solves = 0;        ///< in the substep, with those of an attempt with BDF2
     bool may_stop = true;  ///< what would pass may be stopped
     std::int64_t stopped_passes = 0;
+    std::int64_t passes = 0;         ///< that the last search has left
     double most_speed = 0.0;         ///< of a point where passes are stopped, m/s
     std::int64_t least_stops = 0;    ///< in one search of the substep
     int failed_searches = 0;         ///< since then, searches that found as many or more

@@ -74,7 +74,7 @@ bool Simulation::State::solve_substep(const StepMetrics& last, bool may_divide) 
   bool solved = false;
   try {
     const bool converged = solve_step(last).converged;
-    const bool passes_remain = progress.may_stop && metrics.passes > 0;
+    const bool passes_remain = progress.may_stop && progress.passes > 0;
     const bool must_converge = may_divide || (passes_remain && !settings.solver.fixed_iterations);
     const bool rotates_far = may_divide && dynamics.largest_rotation() > most_rotation;
     solved = !stops_fail() && !rotates_far && (converged || !must_converge);

@@ -74,7 +74,8 @@ bool Simulation::State::stop_passes() {
     progress.least_stops = std::min<std::int64_t>(progress.least_stops, std::ssize(stops));
   }
   const bool solves_again = may_stop && can_predict() && !stops_fail() && progress.solves < most_solves(true);
-  metrics.passes = swept.left() + (solves_again ? 0 : std::ssize(stops));
+  progress.passes = swept.left() + (solves_again ? 0 : std::ssize(stops));
+  metrics.passes = progress.passes;
   if (stops.empty() || !solves_again) return false;
   if (progress.stopped_passes == 0) progress.most_speed = most_speed_of_stops();
   swept.stop(predicted(), response, couplings);
@@ -86,7 +87,7 @@ bool Simulation::State::stop_passes() {
 /// Where contacts may be missing, bodies that are near each other could pass however slowly they move.
 void Simulation::State::count_passes() {
   const PairFilter& filter = DetectorSteps::may_touch(detector);
-  if (may_miss_contacts(metrics.detection)) {
+  if (may_miss_contacts(metrics.detection) || metrics.detection.unseen_pairs > 0) {
     swept.count(threads, predicted(), filter, 0.0);
   } else if (!sweeps()) {
     swept.count(threads, predicted(), filter);

@@ -10,9 +10,10 @@ inline bool may_miss_contacts(const DetectionCounts& counts) {
 }
 
 /// Whether parts of a body may have gone through another one in a step: what continuous detection could not
-/// stop, or without it or without all contacts, what nobody saw.
+/// stop, or without it or without all contacts, what nobody saw. States of a step do not depend on it.
 inline bool may_have_passed(const StepMetrics& m, ContinuousDetection continuous) {
-  const bool sees_all = continuous != ContinuousDetection::off && !may_miss_contacts(m.detection);
+  const bool sees_all = continuous != ContinuousDetection::off && !may_miss_contacts(m.detection) &&
+                        m.detection.unseen_pairs == 0;
   return m.passes > 0 || (!sees_all && m.pairs_that_could_pass > 0);
 }
 

@@ -57,6 +57,26 @@ TEST_F(Info, NamesBodiesThatAreTooCoarseForEachOther) {
   EXPECT_NE(text.out.find("too coarse      low (edges of "), std::string::npos) << text.out;
   const Finished detect = palpate({"detect", "sheets.json"});
   EXPECT_NE(detect.err.find("palpate: too coarse      low (edges of "), std::string::npos) << detect.err;
+  EXPECT_EQ(json_of({"detect", "sheets.json", "--format", "json"})["too_coarse"], json["too_coarse"]);
+}
+
+TEST_F(Info, TellsOfBodiesThatCrossWithoutAContact) {
+  const std::string bodies = R"("bodies": [
+    {"name": "low", "box": {"cells": [1, 1, 1], "size": [0.2, 0.02, 0.02]}, "obstacle": true},
+    {"name": "high", "box": {"cells": [1, 1, 1], "size": [0.02, 0.2, 0.02]}, "translate": [0.09, -0.09, 0.019],
+     "material": {}}]})";
+  write("bars.json", R"({"contact": {"edge_contacts": false}, )" + bodies);
+  write("edges.json", "{" + bodies);
+  const std::string line =
+      "no contact      in 1 pair of bodies that cross edge on edge: contact.edge_contacts is false\n";
+  EXPECT_NE(output_of({"info", "bars.json"}).find(line), std::string::npos);
+  EXPECT_EQ(json_of({"info", "bars.json", "--json"})["unseen_pairs_at_start"], 1);
+  const Finished detect = palpate({"detect", "bars.json", "--format", "json"});
+  EXPECT_NE(detect.err.find("palpate: " + line), std::string::npos) << detect.err;
+  EXPECT_EQ(Json::parse(detect.out)["unseen_pairs"], 1);
+  const Json with_edges = json_of({"info", "edges.json", "--json"});
+  EXPECT_EQ(with_edges["unseen_pairs_at_start"], 0);
+  EXPECT_GT(with_edges["edge_contacts_at_start"], 0);
 }
 
 TEST_F(Info, SaysWhatWasDroppedReorientedAndUnreferenced) {

@@ -71,6 +71,7 @@ TEST_F(Run, MetricsHaveARowForEachStepAndUnits) {
                                        "border_edges",
                                        "crossings",
                                        "edge_contacts",
+                                       "unseen_pairs",
                                        "candidates",
                                        "movers",
                                        "depth_fallbacks",

@@ -127,6 +127,19 @@ def test_a_run_without_continuous_detection_warns_and_says_what_helps(continuous
     assert simulation.steps_too_far > 0
 
 
+def test_a_bar_that_falls_through_another_for_want_of_edges_warns():
+    model = palpate.Model()
+    points, tets = palpate.box(cells=(1, 1, 1), size=(0.2, 0.02, 0.02))
+    model.add_body(points, tets, name="lower", obstacle=True)
+    points, tets = palpate.box(cells=(1, 1, 1), size=(0.02, 0.2, 0.02))
+    model.add_body(points + [0.09, -0.09, 0.021], tets, name="upper", material=palpate.Material())
+    simulation = palpate.Simulation(model, time_step=0.005, contact={"edge_contacts": False})
+    with pytest.warns(RuntimeWarning, match='gone through a body: .* contact={"edge_contacts": True}'):
+        simulation.run(40)
+    assert simulation.metrics.detection.unseen_pairs == 0, "it is below"
+    assert simulation.positions[8:, 2].max() < 0
+
+
 def test_a_grab_holds_a_block_by_its_weight():
     """At rest the springs carry the weight."""
     model = block()

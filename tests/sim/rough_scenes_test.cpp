@@ -5,6 +5,7 @@
 
 #include "geometry/predicates.hpp"
 #include "sim/examples.hpp"
+#include "sim/unseen_passes.hpp"
 #include "support/real_data.hpp"
 
 namespace palpate::test {
@@ -148,6 +149,24 @@ TEST_F(RoughScenes, ASheetThatMayPassAPlateUnseenIsCounted) {
   }
   EXPECT_GE(could, 1);
   EXPECT_LT(could, 10) << "only those in which they meet";
+}
+
+/// With points alone, the upper bar falls through the lower one; the metrics tell that nobody saw it.
+TEST_F(RoughScenes, ABarThatFallsThroughAnotherForWantOfEdgesIsCounted) {
+  for (const auto continuous : {ContinuousDetection::off, ContinuousDetection::limited}) {
+    Scene bars = scene("crossed-bars-1");
+    bars.settings.detection.edge_contacts = false;
+    bars.settings.detection.continuous = continuous;
+    Simulation simulation = simulate(bars);
+    int could = 0;
+    while (simulation.metrics().time < bars.duration - 1e-9) {
+      could += may_have_passed(simulation.step(), continuous) ? 1 : 0;
+      EXPECT_EQ(simulation.metrics().passes, 0);
+    }
+    EXPECT_LT(centre(simulation, "upper").z, 0.0) << "it has fallen through";
+    EXPECT_GE(could, 1);
+    EXPECT_LT(could, 30) << "it falls on for 200 steps";
+  }
 }
 
 }  // namespace
