@@ -169,8 +169,8 @@ class DepthEstimate {
   [[nodiscard]] static bool uses_cached_plane(const Frame& frame, std::size_t c, bool late);
   void add_crossings(const Frame& frame, std::size_t begin, std::size_t end, Scratch& scratch);
   void find_planes(const Frame& frame, Index begin, Index end, Scratch& scratch) const;
-  void turn(const Frame& frame, const Crossing& crossing, const SurfaceNormals::Weights& weights,
-            simd::WeightedPlane& plane) const;
+  void use_crease_normal(const Frame& frame, const Crossing& crossing, const SurfaceNormals::Weights& weights,
+                         simd::WeightedPlane& plane) const;
   void add_border(const Frame& frame, std::size_t c, Scratch& scratch);
   BorderSums unusual_border(const Frame& frame, std::size_t c, Scratch& scratch);
   [[nodiscard]] simd::WeightedPlane unusual_plane(const Frame& frame, Index edge, Scratch& scratch) const;

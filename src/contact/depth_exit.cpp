@@ -53,7 +53,7 @@ DepthExit find_exit(const Bodies& bodies, std::span<const Vec3> positions, Index
   const Vec3 end = p + straight * direction;
   const ExitAhead exit = straight > 0.0 ? exit_ahead(bodies, positions, tet, p, direction, straight)
                                         : ExitAhead{.tet = tet, .distance = 0.0};
-  // If rounding made the walk lose its way, the exit is infinite and is not used.
+  // If rounding led the walk astray, the exit is infinite and is not used.
   if (exit.tet < 0) return {end, std::numeric_limits<double>::infinity(), 0.0};
   if (exit.leaves()) return {end, straight, 0.0};
   const SurfacePoint nearest = search.nearest(bodies, positions, exit.tet, end, without,

@@ -123,7 +123,7 @@ void DepthEstimate::find_planes(const Frame& frame, Index begin, Index end, Scra
     if (!is_alone) continue;
     simd::WeightedPlane& plane = scratch.planes[d.item];
     if (d.valid) {
-      turn(frame, crossing, d.weights, plane);
+      use_crease_normal(frame, crossing, d.weights, plane);
     } else {
       plane = unusual_plane(frame, edge, scratch);
       scratch.special = scratch.special || plane.special != 0.0;
@@ -133,8 +133,9 @@ void DepthEstimate::find_planes(const Frame& frame, Index begin, Index end, Scra
 
 /// Gives the plane of a crossing near a crease the normal that it has there.
 /// \param weights  of the crossing in its triangle
-void DepthEstimate::turn(const Frame& frame, const Crossing& crossing, const SurfaceNormals::Weights& weights,
-                         simd::WeightedPlane& plane) const {
+void DepthEstimate::use_crease_normal(const Frame& frame, const Crossing& crossing,
+                                      const SurfaceNormals::Weights& weights,
+                                      simd::WeightedPlane& plane) const {
   const auto& [contact, free_point] = at(frame.border_edges, crossing.border_edge);
   const Vec3& p = at(frame.positions, at(frame.table.contacts().point, contact));
   const Vec3 displacement = at(frame.positions, free_point) - p;

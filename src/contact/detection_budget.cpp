@@ -153,7 +153,7 @@ void DetectionBudget::end(const DetectionTimes& times, std::size_t spared, Detec
     counts.completeness = static_cast<double>(all - counts.late_clusters) / static_cast<double>(all);
   begun_ = true;
   const double after = times.contacts - points_seconds_ + times.border_edges + times.crossings + times.depth;
-  // An interrupted detection must not look cheap, or the next one would plan too much. A sample without
+  // An interrupted detection must not seem cheap, or the next one would plan too much. A sample without
   // contacts has no information on their cost. But where clusters wait, it corrects a fixed cost that is too
   // high.
   if (counts.contacts > 0 || counts.late_clusters > late_edges_) {

@@ -17,8 +17,8 @@ struct DetectedSurfaces {
   const Crossings* crossings = nullptr;
 };
 
-/// Access for a Simulation beyond the public interface: the table, for states of contacts; and the way back
-/// after a failed step.
+/// Access for a Simulation beyond the public interface: the table, for states of contacts; and the return
+/// to it after a failed step.
 class DetectorSteps {
  public:
   /// The table of the last detection.

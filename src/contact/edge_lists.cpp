@@ -138,7 +138,9 @@ void EdgeQuery::list(const Task& task, FacingClusters& facing, std::vector<NearE
     groups.apart[i] = 0.0F;
   }
   constexpr double down = 1.0 - 1e-6;  // for the rounding to float
-  groups.room[i] = static_cast<float>(down * room);
+  // An infinite margin would be valid after an infinite motion.
+  constexpr double most = std::numeric_limits<float>::max();
+  groups.room[i] = static_cast<float>(std::min(down * room, most));
   groups.listed[i] = static_cast<std::uint32_t>(found.size() - before);
 }
 

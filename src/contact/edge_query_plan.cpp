@@ -62,7 +62,7 @@ void EdgeQuery::leave_out_tasks() {
   }
 }
 
-/// Call after the search: counts waiting pairs, and notes those that found edges.
+/// Call after the search: counts waiting pairs, and marks those that found edges.
 void EdgeQuery::end_pairs(const Bodies& bodies) {
   if (!is_timed_) return;
   for (NearPair& pair : pairs_) {

@@ -99,7 +99,7 @@ class ExitSearch {
                                  double rotated);
 
   /// The tet that contains x, found from p, a point in `tet`, also where the straight line between them
-  /// leaves the body; -1 if no way within the distance of p around x leads to it. O(tets on the line, or
+  /// leaves the body; -1 if no path within the distance of p around x leads to it. O(tets on the line, or
   /// within this distance).
   [[nodiscard]] Index tet_of(const Bodies& bodies, std::span<const Vec3> positions, Index tet, const Vec3& p,
                              const Vec3& x);

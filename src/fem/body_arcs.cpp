@@ -30,15 +30,15 @@ BodyRotations::ArcMotion BodyRotations::arc_motion_of(std::size_t body, std::spa
     moment += at(masses_, i) * cross(arm, motion);
     moved += at(masses_, i) * squared_length(motion);
   }
-  const Vec3 angle = turned(frame.rotation, start.inverse_inertia, moment);
+  const Vec3 angle = multiply_rotated(frame.rotation, start.inverse_inertia, moment);
   const bool dominates = frame.angle != Vec3{} || dot(moment, angle) > 0.5 * moved;
   if (!dominates || !swells(body, angle, energy)) return {};
   arc.angle = angle;
   arc.rotation = rotation_by(angle);
   const Vec3 momentum =
-      (1.0 / time_step_) * moment + turned(frame.rotation, start.inertia, frame.angular_velocity);
+      (1.0 / time_step_) * moment + multiply_rotated(frame.rotation, start.inertia, frame.angular_velocity);
   const Vec3 lost = rotated_back(arc.rotation, momentum) - momentum;
-  arc.correction = rotated(arc.rotation, turned(frame.rotation, start.inverse_inertia, lost));
+  arc.correction = rotated(arc.rotation, multiply_rotated(frame.rotation, start.inverse_inertia, lost));
   return arc;
 }
 

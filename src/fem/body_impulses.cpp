@@ -21,7 +21,7 @@ Vec3 BodyRotations::lost_momentum(Index body, const Vec3& position, const Vec3& 
 Vec3 BodyRotations::bounded_impulse(Index body, const Vec3& impulse) const {
   constexpr double most = 0.25;
   const Frame& frame = at(frames_, body);
-  const double change = length(turned(frame.rotation, at(starts_, body).inverse_inertia, impulse));
+  const double change = length(multiply_rotated(frame.rotation, at(starts_, body).inverse_inertia, impulse));
   const double bound = most * length(frame.angular_velocity);
   return change > bound ? (bound / change) * impulse : impulse;
 }
@@ -31,7 +31,7 @@ Vec3 BodyRotations::allowed_impulse(Index body, const Vec3& lasting, const Vec3&
   if (!has_frame(body)) return {};
   const Frame& frame = at(frames_, body);
   const auto by_inertia = [&](const Vec3& a) {
-    return turned(frame.rotation, at(starts_, body).inverse_inertia, a);
+    return multiply_rotated(frame.rotation, at(starts_, body).inverse_inertia, a);
   };
   Vec3 momentum;  // about the centre of the rotated body, whose arms add up to zero by mass
   const Range points = at(bodies_, body).points;
@@ -53,7 +53,7 @@ Vec3 BodyRotations::allowed_impulse(Index body, const Vec3& lasting, const Vec3&
 
 Vec3 BodyRotations::velocity_by(Index body, const Vec3& position, const Vec3& impulse) const {
   const Frame& frame = at(frames_, body);
-  return cross(turned(frame.rotation, at(starts_, body).inverse_inertia, impulse),
+  return cross(multiply_rotated(frame.rotation, at(starts_, body).inverse_inertia, impulse),
                rotated(frame.rotation, position - frame.center));
 }
 

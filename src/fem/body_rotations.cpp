@@ -58,7 +58,7 @@ BodyRotations::BodyRotations(const Bodies& bodies, const Materials& materials, s
       arcs_(bodies_.size()),
       starts_(bodies_.size()),
       changed_(bodies_.size(), 0),
-      turns_(bodies_.size()) {
+      changes_(bodies_.size()) {
   for (Index body = 0; body < bodies.body_count(); ++body) {
     if (at(obstacles, body) != 0) continue;
     const Range tets = at(bodies_, body).tets;
@@ -102,7 +102,7 @@ bool BodyRotations::swells(std::size_t body, const Vec3& angle, double energy) c
 
 /// The angle by which a body rotates freely in the step if that is more than half a turn, otherwise 0, rad.
 /// Rotation vectors do not count whole turns.
-double BodyRotations::whole_turns(std::size_t body) const {
+double BodyRotations::whole_revolutions(std::size_t body) const {
   const RigidMotion& start = starts_[body];
   const double angle = start.dominates() ? time_step_ * length(start.angular_velocity()) : 0.0;
   return angle > largest_known_angle ? angle : 0.0;
@@ -113,10 +113,10 @@ void BodyRotations::set_frame(std::size_t body, const Vec3& angle, const Vec3& m
   const RigidMotion& start = starts_[body];
   const Quaternion rotation = rotation_by(angle);
   const auto rotated_by = [&](const Vec3& of_momentum) {
-    return turned(rotation, start.inverse_inertia, of_momentum);
+    return multiply_rotated(rotation, start.inverse_inertia, of_momentum);
   };
   const Vec3 angular_velocity = rotated_by(momentum);
-  const double coriolis = coriolis_fraction(std::max(length(angle), whole_turns(body)));
+  const double coriolis = coriolis_fraction(std::max(length(angle), whole_revolutions(body)));
   // The angular momentum of a step without forces: that of the rigid motion, and of the deformation.
   Vec3 at_end = rotated(rotation, start.momentum);
   constexpr std::array<Vec3, 3> axes{Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}};
@@ -148,8 +148,8 @@ void BodyRotations::begin(const parallel::Threads& threads, std::span<const Vec3
     const RigidMotion& start = starts_[body];
     const bool is_stiff = start.energy <= most_of_stretch * stretch_energies_[body] && start.is_rigid();
     const bool rotates = !free.empty() && (free[body] == 2 || (free[body] == 1 && is_stiff));
-    const bool turns_freely = rotates && length(angle) > least_angle;
-    if (turns_freely || swells(body, angle, starts_[body].energy))
+    const bool rotates_freely = rotates && length(angle) > least_angle;
+    if (rotates_freely || swells(body, angle, starts_[body].energy))
       set_frame(body, angle, starts_[body].momentum);
   });
 }
@@ -169,12 +169,12 @@ bool BodyRotations::follow(const parallel::Threads& threads, std::span<const Vec
     const Vec3 angle = last.angle + step_length * left;
     // Angular momentum at mid-step: h times omega there is the angle.
     const Quaternion half = rotation_by(0.5 * angle);
-    const Vec3 momentum = (1.0 / time_step_) * turned(half, starts_[body].inertia, angle);
+    const Vec3 momentum = (1.0 / time_step_) * multiply_rotated(half, starts_[body].inertia, angle);
     const Quaternion before = last.rotation;
     set_frame(body, angle, momentum);
-    const Quaternion turn = product(frames_[body].rotation, {before.scalar, -before.vector});
-    turns_[body] = {
-        .rotation = turn, .angle = rotation_vector(turn), .before = before, .velocity = mean.velocity};
+    const Quaternion change = product(frames_[body].rotation, {before.scalar, -before.vector});
+    changes_[body] = {
+        .rotation = change, .angle = rotation_vector(change), .before = before, .velocity = mean.velocity};
     frames_[body].left = left;
     frames_[body].step_length = step_length;
     changed_[body] = 1;
@@ -182,15 +182,15 @@ bool BodyRotations::follow(const parallel::Threads& threads, std::span<const Vec
   return std::ranges::find(changed_, 1) != changed_.end();
 }
 
-Vec3 BodyRotations::turned_velocity(Index body, const Vec3& position, const Vec3& velocity) const {
-  const Turn& turn = at(turns_, body);
+Vec3 BodyRotations::rotated_velocity(Index body, const Vec3& position, const Vec3& velocity) const {
+  const FrameChange& change = at(changes_, body);
   const Vec3 arm = position - at(starts_, body).center;
-  const Vec3 turned = rotated(turn.before, arm);
-  // The displacement from the rotated body is the deformation and, along straight paths, the turn.
-  const Vec3 displacement = time_step_ * (velocity - turn.velocity) - (turned - arm);
-  const Vec3 deformation = displacement - cross(turn.angle, turned);
-  const Vec3 end = rotated(turn.rotation, turned + deformation);
-  return turn.velocity + (1.0 / time_step_) * (end - arm);
+  const Vec3 now = rotated(change.before, arm);
+  // The displacement from the rotated body is the deformation and, along straight paths, the rotation.
+  const Vec3 displacement = time_step_ * (velocity - change.velocity) - (now - arm);
+  const Vec3 deformation = displacement - cross(change.angle, now);
+  const Vec3 end = rotated(change.rotation, now + deformation);
+  return change.velocity + (1.0 / time_step_) * (end - arm);
 }
 
 bool BodyRotations::any() const {
@@ -201,7 +201,7 @@ double BodyRotations::largest_angle() const {
   double largest = 0.0;
   for (std::size_t body = 0; body < frames_.size(); ++body) {
     if (stretch_energies_[body] > 0.0)
-      largest = std::max({largest, length(frames_[body].angle), whole_turns(body)});
+      largest = std::max({largest, length(frames_[body].angle), whole_revolutions(body)});
   }
   return largest;
 }

@@ -59,13 +59,13 @@ class BodyRotations {
   bool follow(const parallel::Threads& threads, std::span<const Vec3> positions,
               std::span<const Vec3> velocities);
   /// Whether the last follow() has rotated the frame of a body.
-  [[nodiscard]] bool turns(Index body) const { return at(changed_, body) != 0; }
+  [[nodiscard]] bool has_rotated(Index body) const { return at(changed_, body) != 0; }
   /// The rotation from the frame before the last follow() to the frame now.
-  [[nodiscard]] const Quaternion& turn(Index body) const { return at(turns_, body).rotation; }
+  [[nodiscard]] const Quaternion& frame_change(Index body) const { return at(changes_, body).rotation; }
   /// The mean velocity of a point of a turned body over the step, so that its deformation in the frame stays
   /// the same and its points move along arcs to the new frame.
   /// \param velocity  by the solution in the frame before
-  [[nodiscard]] Vec3 turned_velocity(Index body, const Vec3& position, const Vec3& velocity) const;
+  [[nodiscard]] Vec3 rotated_velocity(Index body, const Vec3& position, const Vec3& velocity) const;
   /// Whether any body has a rotated frame.
   [[nodiscard]] bool any() const;
   /// The angle of the frame of a body, rad; 0 without a frame.
@@ -143,7 +143,7 @@ class BodyRotations {
     double coriolis = 0.0;
   };
   /// A change of a frame.
-  struct Turn {
+  struct FrameChange {
     Quaternion rotation{};  ///< from the frame before to the frame now
     Vec3 angle{};           ///< its rotation vector, rad
     Quaternion before{};    ///< rotation of the frame before
@@ -165,7 +165,7 @@ class BodyRotations {
   [[nodiscard]] Vec3 angle_of(std::size_t body, const RigidMotion& mean, std::span<const Vec3> positions,
                               std::span<const Vec3> velocities) const;
   [[nodiscard]] bool swells(std::size_t body, const Vec3& angle, double energy) const;
-  [[nodiscard]] double whole_turns(std::size_t body) const;
+  [[nodiscard]] double whole_revolutions(std::size_t body) const;
   void set_frame(std::size_t body, const Vec3& angle, const Vec3& momentum);
 
   std::vector<Body> bodies_;
@@ -176,7 +176,7 @@ class BodyRotations {
   std::vector<ArcMotion> arcs_;
   std::vector<RigidMotion> starts_;
   std::vector<std::uint8_t> changed_;
-  std::vector<Turn> turns_;
+  std::vector<FrameChange> changes_;
   double time_step_ = 0.0;
 };
 

@@ -62,18 +62,18 @@ void ContactSolver::move_directions(const Run& run, std::size_t kept) {
       });
 }
 
-void ContactSolver::turn(const parallel::Threads& threads, std::span<const Index> point_of_row,
-                         std::span<const Index> body_of_point, const BodyRotations& rotations) {
+void ContactSolver::rotate_directions(const parallel::Threads& threads, std::span<const Index> point_of_row,
+                                      std::span<const Index> body_of_point, const BodyRotations& rotations) {
   const std::size_t count = reduced_.directions();
   parallel::for_each(threads, point_of_row.size(), simd::slice_rows * slice_grain, [&](std::size_t row) {
     if (point_of_row[row] < 0) return;
     const Index body = at(body_of_point, point_of_row[row]);
-    if (!rotations.turns(body)) return;
-    const Quaternion& turn = rotations.turn(body);
+    if (!rotations.has_rotated(body)) return;
+    const Quaternion& change = rotations.frame_change(body);
     for (float* list : {directions_.data(), products_.data()}) {
       for (std::size_t d = 0; d < count; ++d) {
         const std::span<float> vector(list + d * values_, values_);
-        set_row(vector, row, rotated(turn, get_row(vector, row)));
+        set_row(vector, row, rotated(change, get_row(vector, row)));
       }
     }
   });

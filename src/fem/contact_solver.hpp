@@ -58,8 +58,8 @@ class ContactSolver {
 
   /// Rotates the directions with the frames of bodies that have turned. Their products with A rotate alike if
   /// A only has the tissue of bodies: A = Q A_before Q^T. O(n_points directions).
-  void turn(const parallel::Threads& threads, std::span<const Index> point_of_row,
-            std::span<const Index> body_of_point, const BodyRotations& rotations);
+  void rotate_directions(const parallel::Threads& threads, std::span<const Index> point_of_row,
+                         std::span<const Index> body_of_point, const BodyRotations& rotations);
 
  private:
   struct Run;

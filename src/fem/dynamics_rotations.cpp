@@ -71,11 +71,12 @@ std::span<const Vec3> Dynamics::deformed_positions(double time_step) {
 
 bool Dynamics::update_rotating_frames() {
   if (second_order_ || !rotations_.follow(threads_, positions_, mean_velocities_)) return false;
-  const bool turns_directions = reuses_directions_ && !refined_ && !has_linear_couplings_;
+  const bool rotates_directions = reuses_directions_ && !refined_ && !has_linear_couplings_;
   turn_solution();
   linearise();
-  if (turns_directions) contact_solver_.turn(threads_, matrix_.point_of_row(), body_of_point_, rotations_);
-  reuses_directions_ = turns_directions;
+  if (rotates_directions)
+    contact_solver_.rotate_directions(threads_, matrix_.point_of_row(), body_of_point_, rotations_);
+  reuses_directions_ = rotates_directions;
   find_end();
   return true;
 }
@@ -84,8 +85,8 @@ bool Dynamics::update_rotating_frames() {
 void Dynamics::turn_solution() {
   parallel::for_each(threads_, masses_.size(), point_grain, [&](std::size_t i) {
     const Index body = body_of_point_[i];
-    if (system_.free()[i] == 0 || !rotations_.turns(body)) return;
-    const Vec3 velocity = rotations_.turned_velocity(body, positions_[i], mean_velocities_[i]);
+    if (system_.free()[i] == 0 || !rotations_.has_rotated(body)) return;
+    const Vec3 velocity = rotations_.rotated_velocity(body, positions_[i], mean_velocities_[i]);
     solution_[i] = padded(velocity - unpadded(base_velocities_[i]));
   });
 }

@@ -44,7 +44,7 @@ struct RigidMotion {
 [[nodiscard]] Vec3 free_angle(const RigidMotion& start, double time_step);
 
 /// A body's symmetric matrix, rotated with the body, times a vector.
-inline Vec3 turned(const Quaternion& rotation, const Matrix3& matrix, const Vec3& a) {
+inline Vec3 multiply_rotated(const Quaternion& rotation, const Matrix3& matrix, const Vec3& a) {
   return rotated(rotation, matrix * rotated_back(rotation, a));
 }
 

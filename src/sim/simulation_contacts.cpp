@@ -9,18 +9,18 @@ namespace palpate {
 
 /// Whether contacts of a body are computed where its frame rotates it. Not for larger angles, since there the
 /// motion without contact forces says little.
-bool Simulation::State::turns(Index body) const {
+bool Simulation::State::rotates(Index body) const {
   constexpr double most = 0.1;  // rad
   const double angle = dynamics.frame_angle(body);
   return angle > 0.0 && angle <= most;
 }
 
 /// Whether such a body touches another.
-bool Simulation::State::turns_in_contact() const {
+bool Simulation::State::rotates_in_contact() const {
   if (!dynamics.has_frames()) return false;
   const Contacts& contacts = detector.contacts();
   for (std::size_t c = 0; c < contacts.size(); ++c)
-    if (turns(contacts.body[c]) || turns(at(bodies.body_of_point(), contacts.point[c]))) return true;
+    if (rotates(contacts.body[c]) || rotates(at(bodies.body_of_point(), contacts.point[c]))) return true;
   return false;
 }
 
@@ -47,7 +47,7 @@ void Simulation::State::find_places() {
   places.assign(dynamics.positions().begin(), dynamics.positions().end());
   for (Index body = 0; body < bodies.body_count(); ++body) {
     auto& [directions, deeper] = at(touched, body);
-    if (!turns(body)) continue;
+    if (!rotates(body)) continue;
     Vec3 path;
     if (const double sum = trace(directions); sum > 0.0) {
       for (int k = 0; k < 3; ++k) directions(k, k) += weak * sum;
@@ -66,7 +66,7 @@ bool Simulation::State::places_are_shallow() const {
   const LocalThickness& thickness = swept.thickness();
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     const Index point = contacts.point[c];
-    if (!turns(at(bodies.body_of_point(), point)) && !turns(contacts.body[c])) continue;
+    if (!rotates(at(bodies.body_of_point(), point)) && !rotates(contacts.body[c])) continue;
     const double least = std::min(at(thickness.of_point, point), thickness.of_contact(bodies, contacts, c));
     if (contacts.depth[c] > most * least) return false;
   }
@@ -78,7 +78,7 @@ bool Simulation::State::places_are_shallow() const {
 /// with those of the start, a ball in a socket would drive itself. So if such bodies touch others, contacts
 /// are searched for there. They may differ from those at the start.
 std::span<const Vec3> Simulation::State::find_contacts() {
-  progress.searched = can_predict() && turns_in_contact();
+  progress.searched = can_predict() && rotates_in_contact();
   if (!progress.searched) return dynamics.positions();
   find_places();
   detect(places, false);

@@ -97,10 +97,10 @@ struct Simulation::State {
     std::int64_t speculative_contacts = 0;
   };
   Solution solve_with_speculative_contacts(const StepMetrics& last);
-  [[nodiscard]] bool turns_in_contact() const;
+  [[nodiscard]] bool rotates_in_contact() const;
   void find_places();
   [[nodiscard]] bool places_are_shallow() const;
-  [[nodiscard]] bool turns(Index body) const;
+  [[nodiscard]] bool rotates(Index body) const;
   [[nodiscard]] std::span<const Vec3> find_contacts();
   Solution solve_step(const StepMetrics& last);
   void set_metrics(const StepMetrics& of);

@@ -131,8 +131,8 @@ class SweptResponse {
                    std::span<const fem::Coupling> contacts);
   void add_sinking(const Start& start, const PredictedStep& step, const ContactResponse& response);
   [[nodiscard]] bool in_thin(const Start& start, Index body) const;
-  [[nodiscard]] static bool point_turns(const Start& start, Index row, const PredictedStep& step);
-  [[nodiscard]] static bool edge_turns(const Start& start, Index body, const PredictedStep& step);
+  [[nodiscard]] static bool point_reverses(const Start& start, Index row, const PredictedStep& step);
+  [[nodiscard]] static bool edge_reverses(const Start& start, Index body, const PredictedStep& step);
   [[nodiscard]] static bool slides_on(const Start& start, Index body, const PredictedStep& step);
   [[nodiscard]] bool leaves(const Start& start, Index body, bool deeper, const PredictedStep& step) const;
   [[nodiscard]] std::ptrdiff_t times_stopped(const Key& key, const Vec3& direction) const;

@@ -114,16 +114,16 @@ bool SweptResponse::in_thin(const Start& start, Index body) const {
 }
 
 /// \param row  of the contact at the end of the step
-bool SweptResponse::point_turns(const Start& start, Index row, const PredictedStep& step) {
+bool SweptResponse::point_reverses(const Start& start, Index row, const PredictedStep& step) {
   const auto& points = start.coupling.points;
   const Vec3 direction =
       carried(start.direction, edges_of_tet(step.start, points), edges_of_tet(step.end, points));
   return dot(at(step.contacts.contacts().direction, row), direction) < other_side;
 }
 
-/// Where an edge has several contacts with the body at the end of the step, all must turn. An edge without
-/// contact does not turn: perhaps one of its points is in contact now. O(log(edge contacts)).
-bool SweptResponse::edge_turns(const Start& start, Index body, const PredictedStep& step) {
+/// Where an edge has several contacts with the body at the end of the step, all must reverse. An edge
+/// without contact does not reverse: perhaps one of its points is in contact now. O(log(edge contacts)).
+bool SweptResponse::edge_reverses(const Start& start, Index body, const PredictedStep& step) {
   const auto& points = start.coupling.points;
   const EdgeContacts& edges = step.contacts.edges();
   const Vec3 direction =
@@ -143,9 +143,9 @@ bool SweptResponse::edge_turns(const Start& start, Index body, const PredictedSt
 /// \param deeper  it is deeper at the end of the step
 bool SweptResponse::leaves(const Start& start, Index body, bool deeper, const PredictedStep& step) const {
   if (is_soft(start.coupling.points[0], body)) return false;
-  if (start.of_edge) return in_thin(start, body) && edge_turns(start, body, step);
+  if (start.of_edge) return in_thin(start, body) && edge_reverses(start, body, step);
   const Index row = step.contacts.find(start.key.first, body);
-  return row >= 0 ? point_turns(start, row, step) : in_thin(start, body) && step.complete && deeper;
+  return row >= 0 ? point_reverses(start, row, step) : in_thin(start, body) && step.complete && deeper;
 }
 
 /// Whether a contact is shallow at the end of the step, and not on the other side: it went around a corner of
@@ -154,7 +154,8 @@ bool SweptResponse::slides_on(const Start& start, Index body, const PredictedSte
   const double deepest = deepest_edge * start.thickness;
   if (!start.of_edge) {
     const Index row = step.contacts.find(start.key.first, body);
-    return row >= 0 && at(step.contacts.contacts().depth, row) <= deepest && !point_turns(start, row, step);
+    return row >= 0 && at(step.contacts.contacts().depth, row) <= deepest &&
+           !point_reverses(start, row, step);
   }
   const EdgeContacts& edges = step.contacts.edges();
   bool found = false;
@@ -163,7 +164,7 @@ bool SweptResponse::slides_on(const Start& start, Index body, const PredictedSte
     if (edges.depth[row] > deepest) return false;
     found = true;
   }
-  return found && !edge_turns(start, body, step);
+  return found && !edge_reverses(start, body, step);
 }
 
 void SweptResponse::add_sinking(const Start& start, const PredictedStep& step,
