@@ -136,24 +136,6 @@ Simulation box_on_box(const Alignment& a) {
   return {std::move(model), settings, 2};
 }
 
-TEST(Aligned, BoxesOfOneOrTwoCellsRestOnEachOther) {
-  for (const int cells : {1, 2}) {
-    for (const double offset : {0.0, 1e-4, 1e-3, 5e-3}) {
-      for (const auto& [stiffness, time_step] : {std::pair{1e7, 0.005}, {1e5, 0.02}, {1e8, 0.001}}) {
-        SCOPED_TRACE(std::to_string(cells) + " cells, offset " + std::to_string(offset) + ", E " +
-                     std::to_string(stiffness));
-        Simulation simulation = box_on_box({cells, offset, stiffness, time_step});
-        const int steps = static_cast<int>(std::lround(0.4 / time_step));
-        for (int step = 0; step < steps; ++step) simulation.step();
-        // By its own weight the box is shorter by rho g L^2 / 2E at the top, less at its centre.
-        const double sag = 1000.0 * test::g * 0.01 / (2.0 * stiffness);
-        EXPECT_NEAR(centre(simulation, 1).z, 0.1, 0.001 / cells + sag);
-        EXPECT_NEAR(centre(simulation, 1).x, offset, 0.001);
-      }
-    }
-  }
-}
-
 /// Mean height of the points that are at `height` at rest.
 double mean_height(const Simulation& simulation, Index body, double height) {
   const Range points = at(simulation.bodies().bodies(), body).points;
