@@ -1,5 +1,6 @@
 #include "contact/pair_taker.hpp"
 
+#include <algorithm>
 #include <bit>
 
 #include "contact/layers.hpp"
@@ -16,7 +17,6 @@ bool PairTaker::take(const Cluster& cluster, Index point, std::uint32_t primitiv
   if (!own && !may_touch.ignored_pairs.empty() &&
       may_touch.ignores(at(bodies.body_of_point(), point), cluster.body))
     return false;
-  const bool tied = !own && may_touch.ties(at(bodies.body_of_point(), point), cluster.body);
   const Index* const tets = context_.clusters.primitives.data() + cluster.first;
   const std::size_t before = found_.size();
   const std::uint32_t sure = primitives >> 16;
@@ -25,12 +25,22 @@ bool PairTaker::take(const Cluster& cluster, Index point, std::uint32_t primitiv
     const PointInTet pair{point, tets[lane]};
     if ((sure >> lane & 1) == 0 && !is_inside(pair)) continue;
     if (own && is_folded(pair, cluster.body)) continue;
-    if (tied && may_touch.are_tied(at(bodies.body_of_point(), point), std::array{point}, cluster.body,
-                                   at(bodies.tets(), pair.tet)))
-      continue;
     found_.push_back(pair);
   }
+  if (!own && !may_touch.tied_points.empty()) leave_out_tied(cluster.body, before);
   return found_.size() > before;
+}
+
+/// Removes pairs of one point and tets of a body that a tie holds together.
+/// \param first  of these pairs
+void PairTaker::leave_out_tied(Index body, std::size_t first) {
+  const Bodies& bodies = context_.bodies;
+  const auto are_tied = [&](const PointInTet& pair) {
+    return context_.may_touch.are_tied(at(bodies.body_of_point(), pair.point), std::array{pair.point}, body,
+                                       at(bodies.tets(), pair.tet));
+  };
+  found_.erase(std::remove_if(found_.begin() + static_cast<std::ptrdiff_t>(first), found_.end(), are_tied),
+               found_.end());
 }
 
 bool PairTaker::is_inside(const PointInTet& pair) const {

@@ -37,6 +37,7 @@ class PairTaker {
   [[nodiscard]] bool is_inside(const PointInTet& pair) const;
   /// Whether a pair of a point and a tet of its own body is a contact.
   bool is_folded(const PointInTet& pair, Index body);
+  void leave_out_tied(Index body, std::size_t first);
 
   const PairContext& context_;
   std::vector<PointInTet>& found_;
