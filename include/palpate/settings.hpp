@@ -71,8 +71,8 @@ enum class TimeIntegration {
 /// (docs/continuous.md).
 enum class ContinuousDetection {
   off,  ///< counts pairs of bodies that could pass
-  /// Stops them at the first touch, but does not search many times in a step: passes that are left are
-  /// counted.
+  /// Stops them at the first touch, but searches many times in a step only where solves take little time:
+  /// passes that are left are counted.
   limited,
   /// Searches on, if need be in substeps; counts what cannot be stopped. A step can take minutes.
   full,

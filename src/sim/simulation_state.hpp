@@ -82,14 +82,15 @@ struct Simulation::State {
     int solves = 0;        ///< in the substep, with those of an attempt with BDF2
     bool may_stop = true;  ///< what would pass may be stopped
     std::int64_t stopped_passes = 0;
-    std::int64_t passes = 0;         ///< that the last search has left
-    double most_speed = 0.0;         ///< of a point where passes are stopped, m/s
-    std::int64_t least_stops = 0;    ///< in one search of the substep
-    int failed_searches = 0;         ///< since then, searches that found as many or more
-    double detection_seconds = 0.0;  ///< of the time budget, in the substep
-    bool complete = true;            ///< the last detection found all contacts
-    bool searched = false;           ///< the substep began with a detection of its own, in rotated frames
-    bool computed = false;           ///< the contacts of the substep have been computed
+    std::int64_t iterations_with_stops = 0;  ///< of the solver in the substep, since something was stopped
+    std::int64_t passes = 0;                 ///< that the last search has left
+    double most_speed = 0.0;                 ///< of a point where passes are stopped, m/s
+    std::int64_t least_stops = 0;            ///< in one search of the substep
+    int failed_searches = 0;                 ///< since then, searches that found as many or more
+    double detection_seconds = 0.0;          ///< of the time budget, in the substep
+    bool complete = true;                    ///< the last detection found all contacts
+    bool searched = false;  ///< the substep began with a detection of its own, in rotated frames
+    bool computed = false;  ///< the contacts of the substep have been computed
   };
   /// How a solution came about.
   struct Solution {

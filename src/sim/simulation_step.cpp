@@ -95,6 +95,7 @@ void Simulation::State::begin_step() {
   step_loads = loads.forces(bodies, positions, settings.gravity, substep.end);
   dynamics.begin_step(substep.length, settings.gravity, step_loads);
   progress.stopped_passes = 0;
+  progress.iterations_with_stops = 0;
   progress.least_stops = std::numeric_limits<std::int64_t>::max();
   progress.failed_searches = 0;
   metrics.stopped_passes = 0;
@@ -125,6 +126,7 @@ bool Simulation::State::solve(double tolerance, bool loose, bool steady) {
   progress.solves += report.solves;
   metrics.solves = progress.solves;
   metrics.solver_iterations += report.iterations;
+  if (progress.stopped_passes > 0) progress.iterations_with_stops += report.iterations;
   // Free fall does not count as a blow-up, however small the body is.
   const double fall =
       2.0 * length(settings.gravity) * static_cast<double>(metrics.step + 1) * settings.time_step;

@@ -25,13 +25,15 @@ bool Simulation::State::sweeps() const {
 
 /// Whether the effort for passes is limited from now on, with so many further passes. The first search finds
 /// 9 of 10 passes; the others are those that its stops cause, and each search costs a solve. Where there are
-/// few passes in all, as with a needle, solves are cheap. What is stopped may have a whole body behind it
-/// that passes then, so the limit is for the pairs of bodies of which something was stopped: see
-/// stop_passes().
+/// few passes in all, as with a needle, solves are cheap; so are those of small bodies. What is stopped may
+/// have a whole body behind it that passes then, so the limit is for the pairs of bodies of which something
+/// was stopped: see stop_passes().
 bool Simulation::State::is_limited(std::int64_t passes) const {
   constexpr std::int64_t few = 100;
+  constexpr std::int64_t little = 500'000;  // about 0.1 s
   return settings.detection.continuous == ContinuousDetection::limited && progress.stopped_passes > 0 &&
-         progress.stopped_passes + passes > few;
+         progress.stopped_passes + passes > few &&
+         progress.iterations_with_stops * std::ssize(bodies.points_rest()) > little;
 }
 
 /// If something must be stopped, and this effort is not limited, this many times more solves are allowed.
@@ -62,13 +64,16 @@ double Simulation::State::most_speed_of_stops() const {
 }
 
 /// Adds laws for pairs that would pass, and returns whether there are any. If no further solve is allowed, or
-/// the search ends, only counts the pairs.
+/// the search ends, only counts the pairs. A search whose passes are at most half as many as those of each
+/// one before is never left out: there are few of them.
 bool Simulation::State::stop_passes() {
   if (!sweeps()) return false;
   const auto stops =
       swept.find(threads, predicted(), DetectorSteps::may_touch(detector), response,
                  std::span(couplings).subspan(first_contact, first_speculative - first_contact));
-  const bool may_stop = progress.may_stop && (swept.stops_new_pair() || !is_limited(std::ssize(stops)));
+  const bool ends_soon = 2 * std::ssize(stops) <= progress.least_stops;
+  const bool may_stop =
+      progress.may_stop && (ends_soon || swept.stops_new_pair() || !is_limited(std::ssize(stops)));
   if (!stops.empty() && may_stop) {
     progress.failed_searches = std::ssize(stops) < progress.least_stops ? 0 : progress.failed_searches + 1;
     progress.least_stops = std::min<std::int64_t>(progress.least_stops, std::ssize(stops));

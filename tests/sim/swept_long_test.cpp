@@ -9,7 +9,7 @@ namespace {
 test::Shots ten_thousand_shots(ContinuousDetection continuous) {
   const test::Shots shots = test::shoot_all(1000000, 10000, continuous);
   EXPECT_LE(shots.creeps, 2);
-  EXPECT_LE(shots.turned, 2);
+  EXPECT_LE(shots.turned, 3);
   EXPECT_EQ(shots.unseen, 0);
   EXPECT_EQ(shots.blown_up, 0);
   return shots;
@@ -19,9 +19,8 @@ TEST(SweptInTheLarge, OfTenThousandShotsNoneGoesThrough) {
   EXPECT_EQ(ten_thousand_shots(ContinuousDetection::full).through, 0);
 }
 
-TEST(SweptInTheLarge, OfTenThousandShotsFewGoThroughALimitedSearchAndAreCounted) {
-  const test::Shots shots = ten_thousand_shots(ContinuousDetection::limited);
-  EXPECT_LE(shots.through, 10);
+TEST(SweptInTheLarge, OfTenThousandShotsNoneGoesThroughALimitedSearch) {
+  EXPECT_EQ(ten_thousand_shots(ContinuousDetection::limited).through, 0);
 }
 
 /// Soft balls and sheets that drape over a thin or sharp obstacle can be pierced by it.

@@ -252,6 +252,18 @@ TEST(Swept, NoShotGoesThroughOrBlowsUpWhereBodiesRotateFast) {
   }
 }
 
+// In these shots about a hundred points and edges or more are stopped in a step, and a limited search ended
+// too early: in some, the next searches found a few more; in others, the step did not converge.
+TEST(Swept, NoShotGoesThroughALimitedSearchWhereMuchIsStopped) {
+  for (const std::uint64_t seed :
+       {1000442U, 1000794U, 1001136U, 1002442U, 1005109U, 1006122U, 1006126U, 1007913U, 1009152U, 1009157U}) {
+    const test::Shot shot = test::random_shot(seed);
+    const test::ShotResult result = test::shoot(shot, ContinuousDetection::limited);
+    EXPECT_FALSE(result.went_through) << shot.name;
+    EXPECT_GT(result.stopped, 10) << shot.name;
+  }
+}
+
 // In this shot stops contradict each other: together they would give a point 160 times the speed of the shot.
 TEST(Swept, AShotWhoseStopsContradictEachOtherDoesNotBlowUp) {
   const test::Shot shot = test::random_shot(1003880);
