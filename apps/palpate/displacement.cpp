@@ -4,6 +4,7 @@
 
 #include "geometry/predicates.hpp"
 #include "geometry/vector.hpp"
+#include "mesh/unused_points.hpp"
 #include "numbers.hpp"
 
 namespace palpate::app {
@@ -11,13 +12,16 @@ namespace palpate::app {
 Displacement displacement_of(const Simulation& simulation, Index body) {
   const Range points = at(simulation.bodies().bodies(), body).points;
   Displacement result;
+  Index count = 0;
   for (Index p = points.begin; p < points.end; ++p) {
+    if (is_unused(simulation.bodies(), p)) continue;
+    ++count;
     const Vec3 moved = at(simulation.positions(), p) - at(simulation.bodies().points_rest(), p);
     result.mean += moved;
     result.mean_length += length(moved);
     result.largest = std::max(result.largest, length(moved));
   }
-  const double scale = points.size() > 0 ? 1.0 / points.size() : 0.0;
+  const double scale = count > 0 ? 1.0 / count : 0.0;
   result.mean = scale * result.mean;
   result.mean_length *= scale;
   return result;

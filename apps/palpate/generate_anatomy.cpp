@@ -44,8 +44,8 @@ fs::path folder_for(const std::string& name, const std::optional<fs::path>& name
 }
 
 void write_organs(const fs::path& folder, const std::function<std::vector<anatomy::Organ>()>& make) {
+  const std::vector<anatomy::Organ> organs = made(make);
   const InterruptFlag interrupt;
-  const std::vector<anatomy::Organ> organs = make();
   std::size_t written = 0;
   const auto check = [&] {
     stop_if_interrupted(interrupt,

@@ -16,8 +16,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* nothing_written = "nothing was written";
-
 std::string complete(const fs::path& path) {
   return path.string() + " is complete";
 }
@@ -56,9 +54,8 @@ void write_mesh(const fs::path& path, const TetMesh& mesh) {
 
 fs::path write_generated(const GeneratedFile& file, const std::function<std::string()>& make) {
   fs::path path = file.path();
+  const std::string text = as_input([&] { return made(make); });
   const InterruptFlag interrupt;
-  const std::string text = as_input(make);
-  stop_if_interrupted(interrupt, nothing_written);
   io::write_atomically(path, text);
   stop_if_interrupted(interrupt, complete(path));
   return path;
@@ -66,9 +63,8 @@ fs::path write_generated(const GeneratedFile& file, const std::function<std::str
 
 void write_generated_mesh(const GeneratedFile& file, const std::function<TetMesh()>& make) {
   const fs::path path = file.path();
+  const TetMesh mesh = as_input([&] { return made(make); });
   const InterruptFlag interrupt;
-  const TetMesh mesh = as_input(make);
-  stop_if_interrupted(interrupt, nothing_written);
   write_mesh(path, mesh);
   stop_if_interrupted(interrupt, complete(path));
 }

@@ -28,6 +28,13 @@ void add_out(CLI::App& app, const std::string& help, GeneratedFile& file);
 /// Throws std::runtime_error "interrupted; STATE" after a signal.
 void stop_if_interrupted(const InterruptFlag& interrupt, const std::string& state);
 
+/// Returns make(). A signal meanwhile ends the process: nothing is written yet.
+template <class Make>
+auto made(Make&& make) {
+  const InterruptEnd end("palpate: error: interrupted; nothing was written\n");
+  return make();
+}
+
 /// Makes a text and writes it, unless a signal comes before; returns the path. An Error of `make` is
 /// BadInput. Throws after a signal, also one that comes too late.
 std::filesystem::path write_generated(const GeneratedFile& file, const std::function<std::string()>& make);

@@ -4,7 +4,11 @@
 #include <atomic>
 #include <csignal>
 #include <cstdint>
+#include <cstring>
 #include <ctime>
+#include <unistd.h>
+
+#include "exit_codes.hpp"
 
 namespace palpate::app {
 namespace {
@@ -34,34 +38,54 @@ extern "C" void request_interrupt(int signal) {
   }
 }
 
+std::atomic<const char*> last_line{nullptr};
+static_assert(decltype(last_line)::is_always_lock_free);
+
+/// Does only what is allowed in a signal handler.
+extern "C" void end_at_once(int /*signal*/) {
+  const char* const line = last_line;
+  static_cast<void>(::write(STDERR_FILENO, line, std::strlen(line)) + 1);
+  ::_exit(exit_failed);
+}
+
 bool is_ignored(int signal) {
   struct sigaction now {};
   ::sigaction(signal, nullptr, &now);
   return now.sa_handler == SIG_IGN;
 }
 
-}  // namespace
-
-InterruptFlag::InterruptFlag() {
-  interrupt_requested = 0;
+void handle(void (*handler)(int)) {
   for (const int signal : signals) {
     if (is_ignored(signal)) continue;
     struct sigaction action {};
-    action.sa_handler = request_interrupt;
+    action.sa_handler = handler;
     action.sa_flags = SA_RESTART;
     ::sigaction(signal, &action, nullptr);
   }
 }
 
+}  // namespace
+
+InterruptFlag::InterruptFlag() {
+  interrupt_requested = 0;
+  handle(request_interrupt);
+}
+
 InterruptFlag::~InterruptFlag() {
-  if (requested()) return;  // signals of the same request may still come
-  for (const int signal : signals) {
-    if (!is_ignored(signal)) ::signal(signal, SIG_DFL);
-  }
+  if (!requested()) handle(SIG_DFL);  // else signals of the same request may still come
 }
 
 bool InterruptFlag::requested() const {
   return interrupt_requested != 0;
+}
+
+InterruptEnd::InterruptEnd(const char* line) {
+  last_line = line;
+  handle(end_at_once);
+}
+
+InterruptEnd::~InterruptEnd() {
+  handle(SIG_DFL);
 }
 
 }  // namespace palpate::app

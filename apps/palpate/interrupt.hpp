@@ -18,4 +18,15 @@ class InterruptFlag {
   [[nodiscard]] bool requested() const;
 };
 
+/// While it lives, SIGINT, SIGTERM or SIGHUP ends the process at once, with exit_failed and a line on
+/// standard error: for work that has nothing to undo and may take long. Not while an InterruptFlag lives.
+class InterruptEnd {
+ public:
+  /// \param line  with its end of line; must outlive the object
+  explicit InterruptEnd(const char* line);
+  ~InterruptEnd();
+  InterruptEnd(const InterruptEnd&) = delete;
+  InterruptEnd& operator=(const InterruptEnd&) = delete;
+};
+
 }  // namespace palpate::app

@@ -31,9 +31,9 @@ void add_warnings(const RunReport& report, HtmlPage& page) {
                                    outcome.inverted_tets.largest));
   }
   if (outcome.steps_too_far > 0) {
-    warnings.push_back(fmt::format("something may have gone through a body in {} ({} {} thin)",
+    warnings.push_back(fmt::format("something may have gone through a body in {}{}",
                                    counted(static_cast<std::size_t>(outcome.steps_too_far), "step"),
-                                   short_text(outcome.thinnest), report.scene.units.length));
+                                   thickness_text(report)));
   }
   if (outcome.late_steps > 0) {
     warnings.push_back(fmt::format("the detection budget was too small in {}: contacts may be missing",

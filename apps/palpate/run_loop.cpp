@@ -37,7 +37,7 @@ void count(RunOutcome& outcome, const StepMetrics& m, ContinuousDetection contin
   outcome.steps_not_converged += m.solver_converged ? 0 : 1;
   outcome.steps_divided += m.substeps > 1 ? 1 : 0;
   if (may_have_passed(m, continuous)) {
-    outcome.thinnest = outcome.steps_too_far == 0 ? m.thinnest : std::min(outcome.thinnest, m.thinnest);
+    outcome.thinnest = thinner(outcome.thinnest, m.thinnest);
     ++outcome.steps_too_far;
   }
 }

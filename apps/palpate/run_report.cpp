@@ -225,7 +225,7 @@ void add_outcome(Json& json, const RunReport& report) {
                     {"steps_not_converged", outcome.steps_not_converged},
                     {"steps_divided", outcome.steps_divided}};
   json["steps_too_far"] = outcome.steps_too_far;
-  json["thinnest"] = outcome.steps_too_far > 0 ? Json(outcome.thinnest) : Json();
+  json["thinnest"] = outcome.thinnest > 0.0 ? Json(outcome.thinnest) : Json();
   json["kinetic_energy"] = metrics.kinetic_energy;
   json["elastic_energy"] = metrics.elastic_energy;
   json["largest_speed"] = metrics.largest_speed;

@@ -60,6 +60,9 @@ std::vector<LargestStress> largest_stresses(const Simulation& simulation);
 
 /// A warning on a run with steps that did not converge; empty where all converged.
 std::string not_converged_text(const RunOutcome& outcome);
+/// " (2 mm thin)" for the parts through which something may have gone; empty where their thickness is not
+/// known.
+std::string thickness_text(const RunReport& report);
 
 /// The summary on the terminal at the end of a run, without pictures, which come later.
 std::string report_text(const RunReport& report);

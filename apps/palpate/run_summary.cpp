@@ -34,9 +34,9 @@ std::string too_far_line(const RunReport& report) {
   if (detection.continuous == ContinuousDetection::limited) cures += R"(, or contact.continuous "full")";
   if (detection.cells_per_primitive) cures += R"(, or contact.cells_per_primitive "exact")";
   if (outcome.late_steps > 0) cures += ", or a larger contact.budget";
-  return fmt::format("too far       in {} something may have gone through a body ({} {} thin); take {}\n",
-                     counted(static_cast<std::size_t>(outcome.steps_too_far), "step"),
-                     short_text(outcome.thinnest), report.scene.units.length, cures);
+  return fmt::format("too far       in {} something may have gone through a body{}; take {}\n",
+                     counted(static_cast<std::size_t>(outcome.steps_too_far), "step"), thickness_text(report),
+                     cures);
 }
 
 /// A line for a run whose budget was too small: how much work is left undone, and in which bodies. Empty if
@@ -168,6 +168,11 @@ std::string not_converged_text(const RunOutcome& outcome) {
   if (outcome.steps_not_converged == 0) return {};
   return fmt::format("NOT CONVERGED in {} of {}: do not trust positions", outcome.steps_not_converged,
                      counted(static_cast<std::size_t>(outcome.steps), "step"));
+}
+
+std::string thickness_text(const RunReport& report) {
+  const double thinnest = report.outcome.thinnest;
+  return thinnest > 0.0 ? fmt::format(" ({} {} thin)", short_text(thinnest), report.scene.units.length) : "";
 }
 
 std::string pictures_text(std::span<const std::filesystem::path> pictures) {

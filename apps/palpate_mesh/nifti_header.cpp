@@ -76,6 +76,14 @@ void NiftiHeader::check_numbers() const {
                     "a finite number");
     }
   }
+  constexpr std::size_t dimensions_place = 40;
+  constexpr std::size_t sizes_place = 80;
+  for (std::size_t axis = 0; at<std::int16_t>(dimensions_place) >= 3 && axis < 3; ++axis) {
+    const std::size_t place = sizes_place + sizeof(float) * axis;
+    if (at<float>(place) == 0.0F)
+      throw Error(path_.string(), fmt::format("header, byte {}", place), "0",
+                  "the size of a voxel in mm (pixdim)");
+  }
   constexpr float most = 1e9F;
   const auto offset = at<float>(vox_offset_place);
   if (offset < 0.0F || offset > most) {

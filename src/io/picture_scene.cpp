@@ -48,7 +48,11 @@ using Geometry = std::unique_ptr<RTCGeometryTy, void (*)(RTCGeometry)>;
 // One build thread, so that the tree is the same each time, and with it the choice between two surfaces at
 // the same distance.
 RayScene::RayScene() : device_(rtcNewDevice("threads=1")) {
-  if (!device_) throw Error("picture", "", "no Embree device", "a processor that Embree supports");
+  if (!device_) {
+    const bool is_unsupported = rtcGetDeviceError(nullptr) == RTC_ERROR_UNSUPPORTED_CPU;
+    throw Error("picture", "", "no Embree device",
+                is_unsupported ? "a processor that Embree supports" : "enough memory");
+  }
   scene_.reset(rtcNewScene(device_.get()));
   rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);
 }

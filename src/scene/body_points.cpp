@@ -1,6 +1,8 @@
 #include "scene/body_points.hpp"
 
 #include <algorithm>
+#include <limits>
+#include <ranges>
 #include <string>
 #include <utility>
 #include <vector>
@@ -8,6 +10,7 @@
 #include <palpate/error.hpp>
 
 #include "geometry/vector.hpp"
+#include "mesh/unused_points.hpp"
 #include "scene/near.hpp"
 #include "scene/scene_motion.hpp"
 #include "scene/selector.hpp"
@@ -198,12 +201,12 @@ class BodyPoints {
   }
   void fill_grabs() {
     for (const SceneGrab& grab : body_.grabs) {
-      const auto nearer = [&](const Vec3& a, const Vec3& b) {
-        return squared_length(a - grab.from) < squared_length(b - grab.from);
+      const auto distance = [&](Index p) {
+        return is_unused(model_.bodies, p) ? std::numeric_limits<double>::infinity()
+                                           : squared_length(at(points_, p - range_.begin) - grab.from);
       };
-      const auto nearest = std::min_element(points_.begin(), points_.end(), nearer);
-      model_.grabs.push_back(
-          {range_.begin + static_cast<Index>(nearest - points_.begin()), grab.target, grab.stiffness});
+      const auto points = std::views::iota(range_.begin, range_.end);
+      model_.grabs.push_back({*std::ranges::min_element(points, {}, distance), grab.target, grab.stiffness});
     }
   }
 

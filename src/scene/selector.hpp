@@ -10,6 +10,7 @@
 #include <palpate/error.hpp>
 
 #include "geometry/vector.hpp"
+#include "mesh/unused_points.hpp"
 #include "number_text.hpp"
 #include "scene/json_text.hpp"
 #include "scene/near.hpp"
@@ -56,7 +57,8 @@ std::vector<Index> selected(std::span<const Vec3> points, Holds&& holds) {
   return indices;
 }
 
-/// Finds the points of a body that a selection selects, or its tets by their centres.
+/// Finds the points of a body that a selection selects, or its tets by their centres. Points in no tet are
+/// left out; an index of one is an error.
 struct Selector {
   const Scene& scene;
   const Bodies& bodies;
@@ -87,11 +89,22 @@ struct Selector {
   }
 
  private:
+  /// Points in no tet: forces on them would be lost.
+  [[nodiscard]] bool is_left_out(Index i) const {
+    return what == "point" && is_unused(bodies, at(bodies.bodies(), body).points.begin + i);
+  }
+  /// Indices of the points for which holds(point) is true.
+  template <class Holds>
+  [[nodiscard]] std::vector<Index> where(Holds&& holds) const {
+    std::vector<Index> indices = selected(points, holds);
+    std::erase_if(indices, [&](Index i) { return is_left_out(i); });
+    return indices;
+  }
   [[nodiscard]] std::vector<Index> select(const BoxSelection& box, const std::string&) const {
-    return selected(points, [&](const Vec3& p) { return contains(box, p); });
+    return where([&](const Vec3& p) { return contains(box, p); });
   }
   [[nodiscard]] std::vector<Index> select(const SphereSelection& sphere, const std::string&) const {
-    return selected(points, [&](const Vec3& p) { return contains(sphere, p); });
+    return where([&](const Vec3& p) { return contains(sphere, p); });
   }
   [[nodiscard]] std::vector<Index> select(const PointSelection& list, const std::string& path) const {
     return checked(list.indices, path);
@@ -116,16 +129,19 @@ struct Selector {
   }
   [[nodiscard]] std::vector<Index> select(const NearSelection& near, const std::string& path) const {
     const Index other = body_named(scene, near.body, path + ".near.body", body);
-    return selected(points, [&](const Vec3& p) {
+    return where([&](const Vec3& p) {
       return (!near.box || contains(*near.box, p)) && is_near(bodies, other, p, near.distance);
     });
   }
   [[nodiscard]] std::vector<Index> checked(const std::vector<Index>& indices, const std::string& path) const {
     for (std::size_t i = 0; i < indices.size(); ++i) {
-      if (indices[i] >= 0 && static_cast<std::size_t>(indices[i]) < points.size()) continue;
-      throw Error(scene.source, path + "." + what + "s[" + std::to_string(i) + "]",
-                  std::to_string(indices[i]),
-                  "a " + what + " index in [0, " + std::to_string(points.size() - 1) + "]");
+      const std::string element = path + "." + what + "s[" + std::to_string(i) + "]";
+      if (indices[i] < 0 || static_cast<std::size_t>(indices[i]) >= points.size())
+        throw Error(scene.source, element, std::to_string(indices[i]),
+                    "a " + what + " index in [0, " + std::to_string(points.size() - 1) + "]");
+      if (is_left_out(indices[i]))
+        throw Error(scene.source, element, std::to_string(indices[i]) + ", a point in no tet",
+                    "points of tets");
     }
     return indices;
   }

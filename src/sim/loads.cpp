@@ -9,6 +9,7 @@
 #include <palpate/error.hpp>
 
 #include "geometry/triangle.hpp"
+#include "mesh/unused_points.hpp"
 #include "number_text.hpp"
 
 namespace palpate {
@@ -168,7 +169,10 @@ Loads::Loads(LoadSet loads, const Bodies& bodies, std::span<const std::uint8_t> 
     const PointLoad& load = loads_.points[i];
     const std::string where = element("point_loads", i);
     if (load.points.empty()) throw Error("loads", where + ".points", "none", "one or more");
-    for (const Index point : load.points) check_index("loads", where + ".points", point, points);
+    for (const Index point : load.points) {
+      check_index("loads", where + ".points", point, points);
+      check_used(bodies, point, "loads", where + ".points");
+    }
     check_finite("loads", where + ".force", load.force);
     check_ramp(load.ramp, where + ".ramp");
   }

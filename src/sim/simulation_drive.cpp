@@ -7,6 +7,7 @@
 
 #include "contact/detector_steps.hpp"
 #include "geometry/vector.hpp"
+#include "mesh/unused_points.hpp"
 #include "sim/simulation_state.hpp"
 
 // Functions that change a simulation between steps.
@@ -45,11 +46,13 @@ void check_body(const Bodies& bodies, std::span<const std::uint8_t> of_kind, con
       expected);
 }
 
-/// Checks that a point, if it exists, is of a body that is in the scene and deforms.
+/// Checks that a point, if it exists, is in a tet of a body that is in the scene and deforms.
 void check_deforms(const Bodies& bodies, const Holds& holds, const char* name, Index point,
                    const char* expected) {
   check_body(bodies, holds.absent, "removed", name, point, expected);
   check_body(bodies, holds.obstacles, "rigid", name, point, expected);
+  if (point >= 0 && static_cast<std::size_t>(point) < bodies.points_rest().size())
+    check_used(bodies, point, "simulation", name);
 }
 
 }  // namespace

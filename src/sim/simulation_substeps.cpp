@@ -5,6 +5,7 @@
 #include "contact/detector_steps.hpp"
 #include "sim/simulation_path.hpp"
 #include "sim/simulation_state.hpp"
+#include "sim/unseen_passes.hpp"
 #include "stopwatch.hpp"
 
 // A step, divided into substeps where it does not converge.
@@ -31,8 +32,7 @@ StepMetrics joined(const StepMetrics& before, StepMetrics next) {
   next.speculative_contacts += before.speculative_contacts;
   next.stopped_passes += before.stopped_passes;
   next.passes += before.passes;
-  if (before.thinnest > 0.0)
-    next.thinnest = next.thinnest > 0.0 ? std::min(next.thinnest, before.thinnest) : before.thinnest;
+  next.thinnest = thinner(next.thinnest, before.thinnest);
   next.pairs_that_could_pass = std::max(next.pairs_that_could_pass, before.pairs_that_could_pass);
   next.looks_ahead = next.looks_ahead && before.looks_ahead;
   next.solver_converged = next.solver_converged && before.solver_converged;

@@ -7,6 +7,7 @@
 #include <palpate/error.hpp>
 
 #include "geometry/vector.hpp"
+#include "mesh/unused_points.hpp"
 #include "number_text.hpp"
 
 namespace palpate {
@@ -23,6 +24,7 @@ void check_index(Index i, std::size_t count, const std::string& where) {
 
 void check(const Tie& tie, const Bodies& bodies, const std::string& where) {
   check_index(tie.point, bodies.points_rest().size(), where + ".point");
+  check_used(bodies, tie.point, "ties", where + ".point");
   check_index(tie.tet, bodies.tets().size(), where + ".tet");
   if (bodies.body_of(at(bodies.tets(), tie.tet)) == at(bodies.body_of_point(), tie.point))
     throw Error("ties", where, "a tet of the point's own body", "a tet of another body");

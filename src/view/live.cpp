@@ -136,7 +136,7 @@ void LiveSource::advance() {
 
 void LiveSource::count_passes(const StepMetrics& m) {
   if (!may_have_passed(m, simulation_.settings().detection.continuous)) return;
-  thinnest_ = steps_too_far_ == 0 ? m.thinnest : std::min(thinnest_, m.thinnest);
+  thinnest_ = thinner(thinnest_, m.thinnest);
   ++steps_too_far_;
 }
 

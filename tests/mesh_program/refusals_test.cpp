@@ -35,6 +35,10 @@ TEST_F(MeshRefusals, Files) {
   nan.replace(284, 4, "\x00\x00\xc0\x7f", 4);  // srow_x[1]
   write("nan.nii", nan);
   refuse({"nan.nii"}, {"nan.nii", "byte 284", "nan", "finite"});
+  std::string flat = nifti(box_map());
+  flat.replace(88, sizeof(float), sizeof(float), '\0');  // pixdim[3]
+  write("flat.nii", flat);
+  refuse({"flat.nii"}, {"flat.nii: header, byte 88: found 0, expected the size of a voxel in mm"});
   write("text.mha", "NDims = three\n");
   refuse({"text.mha"}, {"text.mha: found a header that cannot be read, expected a label map"});
   for (const char* name : {"nothing.mha", "nothing.nii", "nothing.nrrd"}) {

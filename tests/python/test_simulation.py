@@ -104,7 +104,7 @@ def test_a_run_in_which_something_may_have_gone_through_a_body_warns():
     points, tets = palpate.box(cells=(6, 6, 3), size=(0.12, 0.12, 0.02))
     model.add_body(points, tets, name="block", material=palpate.Material(young_modulus=1e4), fixed=abs(points[:, 0]) > 0.059)
     points, tets = palpate.box(cells=(8, 8, 1), size=(0.1, 0.1, 0.002))
-    through = palpate.Motion([palpate.Keyframe(0), palpate.Keyframe(0.02, (0, 0, -0.03))])
+    through = palpate.Motion([palpate.Keyframe(0), palpate.Keyframe(0.02, (0, 0, -0.2))])
     model.add_body(points + [0, 0, 0.012], tets, name="plate", motion=through)
     simulation = palpate.Simulation(model, time_step=0.02, gravity=(0, 0, 0))
     with pytest.warns(RuntimeWarning, match="in 1 of 1 steps something may have gone through a body"):

@@ -254,8 +254,9 @@ export class Panel {
     if (inverted.most > 0) lines.push(["inverted tets", `${inverted.now} now, ${inverted.most} at most`]);
     const tooFar = counts.too_far?.steps ?? 0;
     if (tooFar > 0) {
-      const thin = inWords(counts.too_far?.thinnest ?? 0, this.stage.units, length);
-      lines.push(["too far", `${tooFar} ${tooFar === 1 ? "step" : "steps"}: something may have gone through a body (${thin} thin)`]);
+      const thinnest = counts.too_far?.thinnest ?? 0;
+      const thin = thinnest > 0 ? ` (${inWords(thinnest, this.stage.units, length)} thin)` : "";
+      lines.push(["too far", `${tooFar} ${tooFar === 1 ? "step" : "steps"}: something may have gone through a body${thin}`]);
     }
     const text = lines.flat().join("");
     if (this.warnings.textContent === text) return;
