@@ -71,18 +71,20 @@ void NiftiHeader::check_numbers() const {
     for (std::size_t i = 0; i < count; ++i) {
       const std::size_t place = begin + sizeof(float) * i;
       const auto value = at<float>(place);
-      if (!std::isfinite(value))
+      if (!std::isfinite(value)) {
         throw Error(path_.string(), fmt::format("header, byte {}", place), fmt::format("{}", value),
                     "a finite number");
+      }
     }
   }
   constexpr std::size_t dimensions_place = 40;
   constexpr std::size_t sizes_place = 80;
   for (std::size_t axis = 0; at<std::int16_t>(dimensions_place) >= 3 && axis < 3; ++axis) {
     const std::size_t place = sizes_place + sizeof(float) * axis;
-    if (at<float>(place) == 0.0F)
+    if (at<float>(place) == 0.0F) {
       throw Error(path_.string(), fmt::format("header, byte {}", place), "0",
                   "the size of a voxel in mm (pixdim)");
+    }
   }
   constexpr float most = 1e9F;
   const auto offset = at<float>(vox_offset_place);
@@ -120,9 +122,10 @@ std::int64_t NiftiHeader::voxel_bytes() const {
 void NiftiHeader::require_voxels(std::int64_t voxels) const {
   const std::int64_t expected = first_voxel() + voxels * voxel_bytes();
   const std::int64_t found = uncompressed_bytes(path_, expected);
-  if (found < expected)
+  if (found < expected) {
     throw Error(path_.string(), "voxels", fmt::format("the end of the file after {} bytes", found),
                 fmt::format("{} bytes (of the uncompressed file)", expected));
+  }
 }
 
 }  // namespace palpate::app
