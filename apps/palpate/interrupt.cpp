@@ -44,7 +44,7 @@ static_assert(decltype(last_line)::is_always_lock_free);
 /// Does only what is allowed in a signal handler.
 extern "C" void end_at_once(int /*signal*/) {
   const char* const line = last_line;
-  static_cast<void>(::write(STDERR_FILENO, line, std::strlen(line)) + 1);
+  [[maybe_unused]] const ssize_t written = ::write(STDERR_FILENO, line, std::strlen(line));
   ::_exit(exit_failed);
 }
 

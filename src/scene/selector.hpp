@@ -135,15 +135,12 @@ struct Selector {
   }
   [[nodiscard]] std::vector<Index> checked(const std::vector<Index>& indices, const std::string& path) const {
     for (std::size_t i = 0; i < indices.size(); ++i) {
-      const std::string element = path + "." + what + "s[" + std::to_string(i) + "]";
-      if (indices[i] < 0 || static_cast<std::size_t>(indices[i]) >= points.size()) {
-        throw Error(scene.source, element, std::to_string(indices[i]),
-                    "a " + what + " index in [0, " + std::to_string(points.size() - 1) + "]");
-      }
-      if (is_left_out(indices[i])) {
-        throw Error(scene.source, element, std::to_string(indices[i]) + ", a point in no tet",
-                    "points of tets");
-      }
+      const bool exists = indices[i] >= 0 && static_cast<std::size_t>(indices[i]) < points.size();
+      if (exists && !is_left_out(indices[i])) continue;
+      throw Error(scene.source, path + "." + what + "s[" + std::to_string(i) + "]",
+                  std::to_string(indices[i]) + (exists ? ", a point in no tet" : ""),
+                  exists ? "points of tets"
+                         : "a " + what + " index in [0, " + std::to_string(points.size() - 1) + "]");
     }
     return indices;
   }

@@ -11,6 +11,7 @@
 #include "contact/detector_steps.hpp"
 #include "fem/lumping.hpp"
 #include "geometry/vector.hpp"
+#include "mesh/unused_points.hpp"
 #include "number_text.hpp"
 #include "room.hpp"
 #include "sim/model_check.hpp"
@@ -118,7 +119,10 @@ Simulation::State::State(std::shared_ptr<const SimulationCore> the_core, HeldMod
 }
 
 void Simulation::State::start(const std::vector<Vec3>& velocities, const std::vector<Grab>& all_grabs) {
-  for (const Grab& grab : all_grabs) grabs.add(grab);
+  for (const Grab& grab : all_grabs) {
+    grabs.add(grab);
+    check_used(bodies, grab.point, "grab", "point");
+  }
   if (!velocities.empty()) dynamics.set_velocities(velocities);
   detect(dynamics.positions(), true);
   measure();

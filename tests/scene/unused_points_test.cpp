@@ -16,11 +16,12 @@ namespace {
 
 const TetMesh box = test::box_mesh({2, 2, 2}, {0, 0, 0}, {1, 1, 1});
 
-/// The box with copies of the points of its upper face.
+/// The box with copies of the points of its upper face, and a point beside it.
 TetMesh with_unused_points() {
   TetMesh mesh = box;
   for (const Vec3& p : box.points)
     if (p.z == 1.0) mesh.points.push_back(p);
+  mesh.points.push_back({1.2, 1.2, 1.2});
   return mesh;
 }
 
@@ -47,7 +48,7 @@ TEST(UnusedPoints, AreNotSelected) {
 }
 
 TEST(UnusedPoints, AreNotGrabbed) {
-  const std::string grab = R"("grabs": [{"from": [1, 1, 1], "target": [1, 1, 2], "stiffness": 10}])";
+  const std::string grab = R"("grabs": [{"from": [1.2, 1.2, 1.2], "target": [1, 1, 2], "stiffness": 10}])";
   const Index point = model_of(grab, false).grabs[0].point;
   EXPECT_EQ(model_of(grab, true).grabs[0].point, point);
 }
@@ -82,7 +83,11 @@ TEST(UnusedPoints, TakeNoForcesOfAModel) {
     Simulation simulation(std::move(model), {}, 1);
     simulation.grab({unused, {0, 0, 1}, 1.0});
   });
-  for (const std::string& text : {of_load, of_tie, of_grab})
+  const std::string of_model_grab = message([&](Model& model) {
+    model.grabs.push_back({unused, {0, 0, 1}, 1.0});
+    Simulation simulation(std::move(model), {}, 1);
+  });
+  for (const std::string& text : {of_load, of_tie, of_grab, of_model_grab})
     EXPECT_NE(text.find("which is in no tet"), std::string::npos) << text;
 }
 
